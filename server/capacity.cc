@@ -10,8 +10,9 @@
 namespace hypermap::server {
 namespace {
 
-// Of the server: its log, pipes and polls, the listening sockets, the list of deletions, and the
-// files of a few creations, imports, backups and reserved readers (HistoryPool) under way.
+// Files that the server itself needs: its log, pipes and polls, the listening sockets, the list of
+// deletions, and the files of a few creations, imports, backups and reserved readers (HistoryPool)
+// under way.
 constexpr int64_t kFilesOfServer = 64;
 // Files that an open map needs: its lock, the database and the write-ahead log of the writer and of
 // one reader of the history, the index of the log, and one more while it is opened; later, that one
@@ -34,12 +35,36 @@ constexpr int64_t kFixedThreads = 48;
 // own are busy.
 constexpr int64_t kThreadsOfWorker = 8;
 
+// Address space of the program itself, its libraries and their data.
+constexpr int64_t kAddressesOfProgram = int64_t{192} << 20;
+// The least memory with which a server is of use: an eighth of it is for requests.
+constexpr int64_t kLeastMemory = int64_t{64} << 20;
+
 int64_t ThreadsOfServer(int num_workers) { return kFixedThreads + kThreadsOfWorker * num_workers; }
 
 // Returns the number of files of which LimitConnections makes this many connections.
 int64_t FilesOfConnections(int64_t connections) { return (connections + 2) / 3 * 4; }
 
 }  // namespace
+
+absl::StatusOr<int64_t> MemoryLimit(int64_t asked, const Resources& resources) {
+  const int64_t usable = resources.memory / 4 * 3;
+  if (resources.address_space == 0) return asked == 0 ? usable : asked;
+  const int64_t own =
+      kAddressesOfProgram + ThreadsOfServer(resources.num_workers) * resources.stack_bytes;
+  const int64_t most = (resources.address_space - own) / 2;
+  if (most < kLeastMemory) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("the process may have ", resources.address_space,
+                     " bytes of address space (ulimit -v), and needs ", own + 2 * kLeastMemory));
+  }
+  if (asked > most) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--memory_limit=", asked, " is more than the ", most,
+                     " for which the limit of address space (ulimit -v) leaves room"));
+  }
+  return asked == 0 ? std::min(usable, most) : asked;
+}
 
 absl::StatusOr<Capacity> DivideResources(const Limits& limits, const Resources& resources,
                                          int64_t num_maps) {

@@ -18,12 +18,24 @@ struct Capacity {
   admission::ConnectionLimits connections;
 };
 
-// What the system lets the process have.
+// Resources that the system grants to the process.
 struct Resources {
   int64_t files = 0;    // that may be open at once
   int64_t threads = 0;  // in all
   int num_workers = 0;  // threads of each class of short work
+  int64_t memory = 0;   // bytes
+  // Bytes of address space; 0 if they are not limited.
+  int64_t address_space = 0;
+  int64_t stack_bytes = 0;  // of a thread, in address space
 };
+
+// Returns the bytes that --memory_limit stands for, `asked`: if it is 0, three quarters of the
+// memory. If the address space is limited, at most half of what the program and the stacks of its
+// threads leave of it, because the allocator reserves more than it uses.
+//
+// FAILED_PRECONDITION, naming ulimit, if that is not enough for a server; INVALID_ARGUMENT if more
+// is asked for.
+absl::StatusOr<int64_t> MemoryLimit(int64_t asked, const Resources& resources);
 
 // Divides the files that the process may have open, so that neither maps nor connections can take
 // the share of the others. Limits that are set stay as they are. Of the files besides the server's

@@ -70,6 +70,32 @@ TEST(CapacityTest, NewMapsAreBoundedByAQuarterOfTheMemory) {
   EXPECT_EQ(Divided(limits, 1 << 20).connections.max_connections, 10'000);
 }
 
+TEST(MemoryLimitTest, IsThreeQuartersOfTheMemoryOrAsAsked) {
+  Resources resources;
+  resources.memory = 8 * kGibibyte;
+  EXPECT_EQ(MemoryLimit(0, resources).value(), 6 * kGibibyte);
+  EXPECT_EQ(MemoryLimit(kGibibyte, resources).value(), kGibibyte);
+  EXPECT_EQ(MemoryLimit(16 * kGibibyte, resources).value(), 16 * kGibibyte);
+}
+
+TEST(MemoryLimitTest, LeavesAddressesForTheStacksOfThreads) {
+  Resources resources;
+  resources.memory = 8 * kGibibyte;
+  resources.num_workers = 2;  // 64 threads
+  resources.stack_bytes = int64_t{8} << 20;
+  resources.address_space = 2 * kGibibyte;
+  // (2048 - 192 - 64 * 8) / 2 MiB
+  EXPECT_EQ(MemoryLimit(0, resources).value(), int64_t{672} << 20);
+  EXPECT_EQ(MemoryLimit(int64_t{600} << 20, resources).value(), int64_t{600} << 20);
+  const absl::Status too_much = MemoryLimit(kGibibyte, resources).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(too_much)) << too_much;
+  EXPECT_THAT(std::string(too_much.message()), HasSubstr("ulimit -v"));
+  resources.address_space = int64_t{800} << 20;
+  const absl::Status too_little = MemoryLimit(0, resources).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(too_little)) << too_little;
+  EXPECT_THAT(std::string(too_little.message()), HasSubstr("ulimit -v"));
+}
+
 TEST(CapacityTest, ReadersAreBoundedByAThirtySecondOfTheMemory) {
   Limits limits = LimitsWith(0, 0);
   EXPECT_EQ(Divided(limits, 1 << 20).max_extra_readers, 256);

@@ -21,8 +21,11 @@
   FLAG(max_nearest, 1, "Limit of k of a nearest query")                                          \
   FLAG(max_points, 1, "Limit of the points of a batch")                                          \
   FLAG(max_exploration_cells, 1, "Limit of the cells of the bounding box of an explored area")   \
-  FLAG(max_queue, 1, "Limit of the batches that wait for a map's writer")                        \
-  FLAG(max_queue_bytes, 1, "Limit of the bytes of the batches that wait for a map's writer")     \
+  FLAG(max_queue, 1,                                                                             \
+       "Limit of the batches that wait for a map's writer; half of it for one client address")   \
+  FLAG(max_queue_bytes, 1,                                                                       \
+       "Limit of the bytes of the batches that wait for a map's writer; half of it for one "     \
+       "client address")                                                                         \
   FLAG(max_lateness, absl::ZeroDuration(),                                                       \
        "Observations older than their robot's newest by more than this are refused")             \
   FLAG(max_maps, 0,                                                                              \

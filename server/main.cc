@@ -159,11 +159,16 @@ class ShutdownSignals {
 // read.
 constexpr int64_t kCacheShare = 32;
 
-// Sets the memory limit if the flag leaves it to the machine, and derives the other limits from it.
-// Imports get a sixteenth, because two are decoded at a time, each with up to three times the bytes
-// of its files. docs/limits.md adds up the parts.
-Limits BoundByMemory(Limits limits) {
-  if (limits.memory_limit == 0) limits.memory_limit = admission::UsableMemory() / 4 * 3;
+Resources ResourcesOfProcess() {
+  return {admission::RaiseFileLimit(), admission::ThreadLimit(),       NumThreads(),
+          admission::UsableMemory(),   admission::AddressSpaceLimit(), admission::StackBytes()};
+}
+
+// Sets the memory limit, and derives the other limits from it that the flags leave to it. Imports
+// get a sixteenth, because two are decoded at a time, each with up to three times the bytes of its
+// files. docs/limits.md adds up the parts.
+Limits BoundByMemory(Limits limits, int64_t memory_limit) {
+  limits.memory_limit = memory_limit;
   const int64_t part = std::max<int64_t>(2, limits.memory_limit / 8);
   limits.max_import_bytes = std::min(limits.max_import_bytes, part / 2);
   limits.max_unpacked_bytes = std::min(limits.max_unpacked_bytes, part / 2);
@@ -176,14 +181,16 @@ Limits BoundByMemory(Limits limits) {
 // Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
-  Limits limits = BoundByMemory(LimitsOfFlags());
+  const Resources resources = ResourcesOfProcess();
+  const Limits asked = LimitsOfFlags();
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t memory_limit, MemoryLimit(asked.memory_limit, resources));
+  Limits limits = BoundByMemory(asked, memory_limit);
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<storage::MapStore> store,
       storage::OpenGeoPackageStore(data_dir, {.reserve_bytes = kReserveBytes,
                                               .cache_room = std::make_shared<storage::CacheRoom>(
                                                   limits.memory_limit / kCacheShare)}));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
-  const Resources resources{admission::RaiseFileLimit(), admission::ThreadLimit(), NumThreads()};
   HYPERMAP_ASSIGN_OR_RETURN(const Capacity capacity,
                             DivideResources(limits, resources, static_cast<int64_t>(maps.size())));
   limits.max_maps = capacity.max_maps;

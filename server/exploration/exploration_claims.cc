@@ -139,7 +139,7 @@ absl::Status MapExplorations::Meet(const GoalClaim& request,
                                                       "\" stands where it cannot go: (",
                                                       request.place.x, ", ", request.place.y, ")"));
   }
-  const bool met = active->team.Meet(request.robot, place, SteadyTime(), &active->follower);
+  const bool met = active->team.Meet(request.robot, place, PassedTime(), &active->follower);
   if (met) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat("at most ", FixedLimits::kMaxRobots, " robots explore an area together"));

@@ -20,7 +20,7 @@
 
 namespace hypermap::server {
 
-// What explorations may take.
+// Bounds the memory that explorations take.
 struct ExplorationRoom {
   // Bytes that an Explorer takes for each cell of its box.
   static constexpr int64_t kBytesPerCell = 40;

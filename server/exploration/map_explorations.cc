@@ -69,7 +69,7 @@ void MapExplorations::DropEndedLeases(const SemanticLayer& layer,
   });
 }
 
-absl::Time MapExplorations::SteadyTime() const {
+absl::Time MapExplorations::PassedTime() const {
   return absl::UnixEpoch() + session_->time().Passed();
 }
 
@@ -103,7 +103,7 @@ ExplorationProgress MapExplorations::Measure(Active* active) const {
   ExplorationProgress progress;
   progress.cells = active->follower.explorer().progress();
   progress.cell_area_m2 = resolution_m * resolution_m;
-  active->rate.Add(SteadyTime(), progress.cells.explored);
+  active->rate.Add(PassedTime(), progress.cells.explored);
   progress.rate_m2_per_s = active->rate.cells_per_s() * progress.cell_area_m2;
   return progress;
 }

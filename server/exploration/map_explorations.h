@@ -103,7 +103,7 @@ class MapExplorations {
                                 ExplorationGoal* goal) const;
   void DropEndedLeases(const SemanticLayer& layer, ExplorationObjects* objects) const;
   // A clock that no setting of the wall clock affects, for intervals.
-  absl::Time SteadyTime() const;
+  absl::Time PassedTime() const;
 
   // The state of an active exploration, updated to the snapshot of `kept`. Drops the states of
   // explorations that have ended.

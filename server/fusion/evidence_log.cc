@@ -13,6 +13,8 @@ namespace {
 constexpr int kReadEntries = 64;
 // Number of decoded entries that are kept in memory.
 constexpr size_t kRecentEntries = 512;
+// Number of robots whose newest stamp is kept in memory.
+constexpr size_t kMaxNewestStamps = 1024;
 
 }  // namespace
 
@@ -48,7 +50,7 @@ absl::StatusOr<std::optional<absl::Time>> EvidenceLog::NewestStamp(const std::st
     return known->second;
   }
   std::optional<absl::Time> newest;
-  if (retracted_.empty()) {
+  if (retracted_robots_.count(robot) == 0) {
     HYPERMAP_ASSIGN_OR_RETURN(newest, stored_->NewestStamp(layer_, robot));
   } else {
     // The store does not know yet that they are retracted.
@@ -60,25 +62,28 @@ absl::StatusOr<std::optional<absl::Time>> EvidenceLog::NewestStamp(const std::st
     }
   }
   // The store does not have the newest entries yet.
-  for (const auto& [key, evidence] : recent_) {
-    if (!evidence.observation || key.after.robot != robot) continue;
-    if (retracted_.count(key.after) > 0) continue;
-    newest = std::max(newest.value_or(key.after.stamp), key.after.stamp);
+  if (const auto added = added_stamps_.find(robot); added != added_stamps_.end()) {
+    newest = std::max(newest.value_or(added->second), added->second);
   }
-  // Names that no observation has are not kept: any number of them may be sent.
-  if (newest) newest_stamps_.emplace(robot, *newest);
+  if (newest_stamps_.size() >= kMaxNewestStamps) newest_stamps_.clear();
+  newest_stamps_.emplace(robot, newest);
   return newest;
 }
 
-absl::StatusOr<std::vector<int64_t>> EvidenceLog::Sequences(const std::string& robot) const {
+absl::StatusOr<std::vector<SequenceRange>> EvidenceLog::Sequences(const std::string& robot) const {
   return stored_->Sequences(layer_, robot);
 }
 
 void EvidenceLog::Add(std::shared_ptr<const Observation> observation,
                       storage::LoggedObservation logged) {
   added_.emplace(Name(logged.key.robot, logged.key.sequence), logged.content_hash);
+  const absl::Time stamp = logged.key.stamp;
+  absl::Time& newest_added = added_stamps_.emplace(logged.key.robot, stamp).first->second;
+  newest_added = std::max(newest_added, stamp);
   const auto known = newest_stamps_.find(logged.key.robot);
-  if (known != newest_stamps_.end()) known->second = std::max(known->second, logged.key.stamp);
+  if (known != newest_stamps_.end()) {
+    known->second = std::max(known->second.value_or(stamp), stamp);
+  }
   const storage::LogKey key{logged.key, 0};
   last_ = std::max(last_, key);
   recent_.emplace(key, Evidence{key, std::move(observation), nullptr});
@@ -104,12 +109,21 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::stri
       keys.insert(name);
     }
   }
-  newest_stamps_.erase(robot);
   std::vector<ObservationKey> retracted;
   for (const ObservationKey& key : keys) {
     if (!retracted_.insert(key).second) continue;
     retracted.push_back(key);
     change_.retracted.push_back(key);
+  }
+  if (retracted.empty()) return retracted;
+  newest_stamps_.erase(robot);
+  retracted_robots_.insert(robot);
+  added_stamps_.erase(robot);
+  for (const auto& [key, evidence] : recent_) {
+    const ObservationKey& name = key.after;
+    if (!evidence.observation || name.robot != robot || retracted_.count(name) > 0) continue;
+    // In the order of their stamps. Entries that are stored already do no harm.
+    added_stamps_[robot] = name.stamp;
   }
   return retracted;
 }
@@ -183,12 +197,14 @@ void EvidenceLog::TakeChange(storage::FusionChange* change) {
 
 void EvidenceLog::Written() {
   added_.clear();
+  added_stamps_.clear();
   for (const ObservationKey& key : retracted_) recent_.erase({key, 0});
   while (recent_.size() > kRecentEntries) {
     complete_after_ = std::max(complete_after_, recent_.begin()->first);
     recent_.erase(recent_.begin());
   }
   retracted_.clear();
+  retracted_robots_.clear();
 }
 
 }  // namespace hypermap::server

@@ -33,14 +33,17 @@ class EvidenceLog {
                                           const EvidenceCodec* codec);
 
   // The newest stamp of a robot's observations, without retracted ones; nullopt if there is none.
+  // Costs as FusionLog::NewestStamp the first time that a robot is asked for and after a retraction
+  // of its observations, and mostly little otherwise.
   absl::StatusOr<std::optional<absl::Time>> NewestStamp(const std::string& robot);
 
   // The content hash of the observation with this name, retracted or not; nullopt if there is none.
   absl::StatusOr<std::optional<uint64_t>> FindContentHash(const std::string& robot,
                                                           int64_t sequence) const;
 
-  // The sequence numbers of a robot's stored observations, ascending.
-  absl::StatusOr<std::vector<int64_t>> Sequences(const std::string& robot) const;
+  // The sequence numbers of a robot's stored observations, ascending. Errors as
+  // FusionLog::Sequences.
+  absl::StatusOr<std::vector<SequenceRange>> Sequences(const std::string& robot) const;
 
   // Adds an observation in the layer's frame. REQUIRES: the log has no entry with its key.
   void Add(std::shared_ptr<const Observation> observation, storage::LoggedObservation logged);
@@ -76,8 +79,9 @@ class EvidenceLog {
   storage::FusionLog* stored_;
   const EvidenceCodec* codec_;
 
-  // Answers of NewestStamp for robots that have observations.
-  std::map<std::string, absl::Time> newest_stamps_;
+  // A cache: answers of NewestStamp. Names are chosen by clients, so that it is emptied when it has
+  // kMaxNewestStamps.
+  std::map<std::string, std::optional<absl::Time>> newest_stamps_;
   // Upper bound of all keys; facts are added after it.
   storage::LogKey last_ = storage::BeforeAll();
   int64_t num_facts_ = 0;  // number of the newest fact
@@ -90,6 +94,10 @@ class EvidenceLog {
   storage::FusionChange change_;
   std::map<Name, uint64_t> added_;
   std::set<ObservationKey> retracted_;
+  // The newest stamp, of those not retracted, of each robot in `added_`; and the robots in
+  // `retracted_`.
+  std::map<std::string, absl::Time> added_stamps_;
+  std::set<std::string> retracted_robots_;
 };
 
 }  // namespace hypermap::server

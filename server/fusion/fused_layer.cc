@@ -31,10 +31,6 @@ ObjectPtr WithId(const SemanticObject& object, ObjectId id) {
   return copy;
 }
 
-const SemanticLayer* FindSemantic(const Snapshot& snapshot, const std::string& layer) {
-  return snapshot.FindSemantic(layer);
-}
-
 // Finds fused objects by label and shape, numbered as in `fused`.
 ThingIndex ThingsOf(const std::vector<fusion::FusedObject>& fused) {
   ThingIndex things;
@@ -97,7 +93,7 @@ absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
 }
 
 absl::Status FusedLayer::LoadShown(const Snapshot& snapshot) {
-  const SemanticLayer* layer = FindSemantic(snapshot, layer_);
+  const SemanticLayer* layer = snapshot.FindSemantic(layer_);
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::TrackId> tracks, stored_->Tracks(layer_));
   for (const auto& [track, id] : tracks) {
     if (id == 0) continue;
@@ -119,16 +115,20 @@ std::vector<fusion::TrackKey> FusedLayer::TracksOf(ObjectId id) const {
 }
 
 absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
-                                               const Snapshot& snapshot, std::string* body) const {
+                                               const Snapshot& snapshot, std::string sent,
+                                               std::string* body) const {
   HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(layer_));
   const std::string& layer_frame = layer->spec().frame_id;
   HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, snapshot.ResolveFrame(observation.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_frame,
                             snapshot.frames.Lookup(layer_frame, frame));
+  // Then Transformed would return the observation as it is, to the last bit.
+  const bool is_in_place = layer_from_frame.IsIdentity() && observation.frame_id == layer_frame;
+  *body = is_in_place ? std::move(sent)
+                      : options_->codec.encode_observation(
+                            Transformed(observation, layer_from_frame, layer_frame));
   // Folds the decoded bytes and not the message, because a restart or a rebuild folds these: both
   // must give the same state to the last bit.
-  *body =
-      options_->codec.encode_observation(Transformed(observation, layer_from_frame, layer_frame));
   return options_->codec.decode_observation(*body);
 }
 
@@ -147,7 +147,8 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   if (absl::Status status = Validate(observation); !status.ok()) return invalid(status);
   // Hash of the message as sent, before the transform: a retry must be recognised even if the frame
   // has moved meanwhile.
-  const uint64_t hash = HashOf(options_->codec.encode_observation(observation));
+  std::string sent = options_->codec.encode_observation(observation);
+  const uint64_t hash = HashOf(sent);
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<uint64_t> known,
                             log_.FindContentHash(observation.robot, observation.sequence));
   if (known) {
@@ -180,7 +181,7 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
                                 absl::FormatDuration(options_->max_lateness)));
   }
   storage::LoggedObservation logged{KeyOf(observation), hash, now, ""};
-  absl::StatusOr<Observation> kept = AsKept(observation, snapshot, &logged.body);
+  absl::StatusOr<Observation> kept = AsKept(observation, snapshot, std::move(sent), &logged.body);
   if (!kept.ok()) return invalid(kept.status());
   // Checked before the observation is in the log: an edit of Fold that failed would break the
   // group.
@@ -527,7 +528,7 @@ void FusedLayer::Remove(const std::vector<Shown>& gone, const Snapshot& snapshot
   // Another track may show the object by now, and an operator may have deleted it.
   std::set<ObjectId> kept = {0};
   for (const auto& [track, shown] : shown_) kept.insert(shown.id);
-  const SemanticLayer* layer = FindSemantic(snapshot, layer_);
+  const SemanticLayer* layer = snapshot.FindSemantic(layer_);
   for (const Shown& object : gone) {
     if (kept.insert(object.id).second && layer != nullptr && layer->Find(object.id)) {
       edits->push_back(DeleteObject{layer_, object.id});

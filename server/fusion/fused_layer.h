@@ -29,7 +29,7 @@
 
 namespace hypermap::server {
 
-// What an operator did to an object of a fused layer.
+// An operator's edit of an object of a fused layer.
 struct OperatorEdit {
   fusion::OperatorFact::Kind kind = fusion::OperatorFact::Kind::kPin;
   ObjectPtr object;  // As put; for a removed one, as it was.
@@ -81,7 +81,7 @@ class FusedLayer {
   // The facts of a batch of edits, and the state after them.
   struct FoldedFacts {
     struct Fact {
-      ObjectId id = 0;  // Of the object.
+      ObjectId id = 0;  // The object's.
       std::shared_ptr<const fusion::OperatorFact> fact;
     };
     std::vector<Fact> facts;
@@ -149,8 +149,9 @@ class FusedLayer {
   // Loads ids_ and shown_ from the store and the snapshot.
   absl::Status LoadShown(const Snapshot& snapshot);
   // Returns the observation in the layer's frame, decoded from the bytes that are stored (`body`).
+  // `sent` is the encoded observation.
   absl::StatusOr<Observation> AsKept(const Observation& observation, const Snapshot& snapshot,
-                                     std::string* body) const;
+                                     std::string sent, std::string* body) const;
   // Folds all entries after `from`.
   absl::Status FoldOn(Checkpoint from);
   // Makes `state` the tip. It is that after the entry `key`, the last one of `num_entries` after

@@ -105,6 +105,8 @@ class MapFusion {
   // Must be called if the edits of a reaction could not be applied. Drops the copy that Run made; a
   // reaction whose layers were changed themselves leaves fusion broken.
   void GiveUp(const absl::Status& status);
+  // Makes fusion broken: work on the layers has ended at an unknown place.
+  void Break(const absl::Status& status) { Broken(status).IgnoreError(); }
 
   // A fused layer, loaded if necessary; valid until Written, Reset or the layer's deletion. Errors
   // as Admit.

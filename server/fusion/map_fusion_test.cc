@@ -89,6 +89,17 @@ class FusedMap {
     return reaction.edits;
   }
 
+  // Admits an observation to "things", and commits the result.
+  absl::StatusOr<ObservationOutcome> Observe(const Observation& observation) {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        const std::vector<ObservationVerdict> verdicts,
+        fusion_->Admit(*snapshot_, "things", {observation}, observation.stamp));
+    HYPERMAP_ASSIGN_OR_RETURN(const FusionReaction reaction,
+                              fusion_->FoldAdmitted(*snapshot_, "things"));
+    HYPERMAP_RETURN_IF_ERROR(Commit({}, reaction).status());
+    return verdicts.front().outcome;
+  }
+
   // The objects of "things", by id.
   std::vector<SemanticObject> Objects() const {
     std::vector<SemanticObject> objects;
@@ -103,6 +114,7 @@ class FusedMap {
   }
   const Snapshot& snapshot() const { return *snapshot_; }
   MapFusion& fusion() { return *fusion_; }
+  FusionOptions& options() { return options_; }
 
  private:
   MemoryFusionLog log_;
@@ -307,6 +319,62 @@ TEST(ReactionTest, LayerShowsTheFoldOfItsLogWithAnyStrategy) {
       ASSERT_THAT(*rebuilt, IsEmpty()) << "step " << step;
     }
   }
+}
+
+TEST(AdmissionTest, ObservationIsEncodedAsOftenAsItsFormsDiffer) {
+  FusedMap map;
+  int encoded = 0;
+  int encoded_01 = 0;
+  map.options().codec.encode_observation = [&encoded](const Observation& observation) {
+    ++encoded;
+    return wire::ObservationToBytes(observation);
+  };
+  map.options().codec.encode_observation_01 = [&encoded_01](const Observation& observation) {
+    ++encoded_01;
+    return wire::ObservationToBytes01(observation);
+  };
+  const std::string& frame = map.snapshot().FindLayer("things")->spec().frame_id;
+  ASSERT_FALSE(frame.empty());
+  Observation seen;
+  seen.robot = "cart";
+  seen.sequence = 1;
+  seen.stamp = absl::FromUnixSeconds(1'700'000'000);
+  seen.frame_id = frame;
+  // Its sign must be kept.
+  seen.pose.frame_from_camera.translation().x() = -0.0;
+  seen.free_space = Polygon::FromBox({{0, 0}, {2, 2}});
+  Observation other = seen;
+  other.free_space = Polygon::FromBox({{0, 0}, {2, 3}});
+  Observation of_map = seen;
+  of_map.sequence = 2;
+  of_map.frame_id = "";
+
+  const struct {
+    const char* name;
+    const Observation& observation;
+    ObservationOutcome outcome;
+    int encoded;
+    int encoded_01;
+  } kCases[] = {
+      {"in the layer's frame", seen, ObservationOutcome::kAccepted, 1, 0},
+      {"again", seen, ObservationOutcome::kDuplicate, 1, 0},
+      {"another one with its name", other, ObservationOutcome::kConflict, 1, 1},
+      {"in a frame of another name", of_map, ObservationOutcome::kAccepted, 2, 0},
+  };
+  for (const auto& c : kCases) {
+    SCOPED_TRACE(c.name);
+    encoded = 0;
+    encoded_01 = 0;
+    const auto outcome = map.Observe(c.observation);
+    ASSERT_TRUE(outcome.ok()) << outcome.status();
+    EXPECT_EQ(*outcome, c.outcome);
+    EXPECT_EQ(encoded, c.encoded);
+    EXPECT_EQ(encoded_01, c.encoded_01);
+  }
+  const std::vector<storage::LogEntry> log = map.Log();
+  ASSERT_THAT(log, SizeIs(2));
+  EXPECT_EQ(log[0].body, wire::ObservationToBytes(seen));
+  EXPECT_EQ(log[1].body, wire::ObservationToBytes(Transformed(of_map, PlanarTransform(), frame)));
 }
 
 }  // namespace

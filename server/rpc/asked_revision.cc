@@ -70,8 +70,8 @@ absl::StatusOr<SnapshotPtr> AskedRevision::ForPoints(const Scope& scope,
   return ReadPast(*past_, scope, box, tolerance_m);
 }
 
-absl::StatusOr<NearestAnswer> AskedRevision::Nearest(const Scope& scope, const Point& p,
-                                                     const ValueQuery& value, int k) const {
+absl::StatusOr<NearestNeighbours> AskedRevision::Nearest(const Scope& scope, const Point& p,
+                                                         const ValueQuery& value, int k) const {
   if (!past_) return hypermap::Nearest(*newest_, scope, p, value, k);
   return NearestInPast(*past_, scope, p, value, k);
 }

@@ -41,8 +41,8 @@ class AskedRevision {
                                         double tolerance_m) const;
 
   // hypermap::Nearest at this revision.
-  absl::StatusOr<NearestAnswer> Nearest(const Scope& scope, const Point& p, const ValueQuery& value,
-                                        int k) const;
+  absl::StatusOr<NearestNeighbours> Nearest(const Scope& scope, const Point& p,
+                                            const ValueQuery& value, int k) const;
 
  private:
   AskedRevision() = default;

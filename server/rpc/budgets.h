@@ -42,7 +42,7 @@ struct Budgets {
   admission::CancelledCalls cancelled_calls;
   // Bytes of each connection that the server was given as calls and messages.
   admission::ExplainedBytes explained_bytes;
-  // What was refused because of a limit.
+  // Counts the requests that were refused because of a limit.
   admission::Refusals refusals;
 };
 

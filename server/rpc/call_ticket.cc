@@ -48,6 +48,16 @@ absl::Status CallTicket::ChargeRequest(int64_t cost) {
   return ChargeMemory(cost);
 }
 
+absl::Status CallTicket::ChargeRest(const google::protobuf::Message& prototype,
+                                    const grpc::ByteBuffer& bytes) {
+  if (IsSmallRequest(bytes)) return absl::OkStatus();
+  const int64_t cost = CostOfRequest(prototype, bytes);
+  // Given back first: a request that exceeds its client's part is accepted only while the client
+  // holds nothing.
+  FreeMemory(static_cast<int64_t>(bytes.Length()));
+  return ChargeRequest(cost);
+}
+
 absl::Status CallTicket::ChargeMemory(int64_t bytes) {
   return bytes == 0 ? absl::OkStatus() : memory_.Add(bytes);
 }

@@ -9,6 +9,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/strings/string_view.h"
@@ -18,6 +19,7 @@
 #include "base/metering/memory_meter.h"
 #include "base/sync/steady_time.h"
 #include "server/rpc/budgets.h"
+#include "server/rpc/raw_messages.h"
 
 namespace hypermap::server {
 
@@ -37,6 +39,9 @@ class CallTicket final : public MemoryAccount {
   CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view peer);
   CallTicket(const CallTicket&) = delete;
   CallTicket& operator=(const CallTicket&) = delete;
+
+  // The host to which the call is counted.
+  const std::string& host() const { return explained_.host(); }
 
   // OK, or the error with which the call must end at once, because --max_calls are under way.
   const absl::Status& admitted() const { return admitted_; }
@@ -64,6 +69,24 @@ class CallTicket final : public MemoryAccount {
   }
   // The same for a cost that is known.
   absl::Status ChargeRequest(int64_t cost);
+
+  // The same in two steps, of which only the second takes long for a large request: ChargeArrival
+  // on gRPC's thread, and ChargeRest on the worker that is about to parse it. A small request is
+  // charged at its arrival. After an error, nothing is charged for the request.
+  absl::Status ChargeArrival(const google::protobuf::Message& prototype,
+                             const grpc::ByteBuffer& bytes) {
+    return ChargeRequest(CostOnArrival(prototype, bytes));
+  }
+  absl::Status ChargeRest(const google::protobuf::Message& prototype,
+                          const grpc::ByteBuffer& bytes);
+  // Returns the cost that ChargeArrival charges. Only the bytes of a large request count, because
+  // counting its fields takes long.
+  static int64_t CostOnArrival(const google::protobuf::Message& prototype,
+                               const grpc::ByteBuffer& bytes) {
+    return IsSmallRequest(bytes) ? CostOfRequest(prototype, bytes)
+                                 : static_cast<int64_t>(bytes.Length());
+  }
+
   // Charges this many bytes of memory, which the call holds until its end or until FreeMemory.
   absl::Status ChargeMemory(int64_t bytes) override;
   // The bytes that are charged.

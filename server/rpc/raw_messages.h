@@ -28,6 +28,14 @@ std::string MapOf(const Request& request) {
   }
 }
 
+// Whether the request is counted (CallTicket::CostOfRequest) and parsed on gRPC's thread, in less
+// time than a worker needs to wake up. A worker does so with larger ones: 16 MiB of empty fields
+// take seconds.
+inline bool IsSmallRequest(const grpc::ByteBuffer& request) {
+  constexpr size_t kFewBytes = 16 << 10;
+  return request.Length() <= kFewBytes;
+}
+
 // RESOURCE_EXHAUSTED for a request of more bytes. To be called before it is parsed, which takes
 // milliseconds for large ones.
 absl::Status CheckRequestSize(const grpc::ByteBuffer& request, size_t most_bytes);

@@ -31,6 +31,7 @@ class RequestLog {
   std::string client() const { return context_->peer(); }
 
   void set_map(std::string map) { map_ = std::move(map); }
+  const std::string& map() const { return map_; }
 
   // The author of the changes that the request makes: the name that the caller gives itself
   // (metadata x-hypermap-author), or else its address. INVALID_ARGUMENT as ValidateAuthor says.

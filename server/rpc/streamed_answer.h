@@ -23,6 +23,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
 #include "base/sync/deadline.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/budgets.h"
@@ -70,32 +71,48 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
 
   // `open` is called when the answer begins, and again if it has to begin anew. If `bytes` are no
-  // Request, the answer is INVALID_ARGUMENT. The request and the context live until OnDone. The
-  // answer begins in `workers`; `long_workers` continue it when it takes more than one turn. A call
-  // that is not admitted, or whose bytes are not `acceptable`, is not parsed, and ends when it
-  // would begin.
+  // Request, the answer is INVALID_ARGUMENT. The bytes and the context live until OnDone. The
+  // answer begins in `workers`; `long_workers` continue it when it takes more than one turn, and
+  // parse large requests. A call that is not admitted, or whose bytes are not `acceptable`, is not
+  // parsed, and ends when it would begin.
   StreamedAnswer(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
                  OpenSource open, const absl::Status& acceptable = absl::OkStatus())
       : context_(context),
+        bytes_(bytes),
         ticket_(budgets, context),
-        parsed_(Parse(bytes, acceptable)),
-        log_(*context, rpc, MapOf(*request_)),
+        log_(*context, rpc, /*map=*/""),
         workers_(workers),
         long_workers_(long_workers),
-        open_(std::move(open)) {}
+        open_(std::move(open)) {
+    status_ = Admit(acceptable);
+    if (status_.ok() && IsSmallRequest(bytes)) Parse();
+  }
 
-  // The parsed request; empty if it could not be parsed.
+  // The parsed request; empty while it is not parsed, or if it could not be.
   const Request& request() const { return *request_; }
+
+  // Calls `begin` when the request is parsed: at once if it is small, otherwise on a long worker.
+  // `begin` calls one of the functions below.
+  void WhenParsed(Done begin) {
+    if (is_parsed_ || !status_.ok()) return std::move(begin)();
+    // Before gRPC knows the call, because OnCancel asks for it.
+    wait_.emplace();
+    long_workers_->Run(log_.client(), [this, begin = std::move(begin)]() mutable {
+      status_ = CheckWanted(*context_);
+      if (status_.ok()) Parse();
+      std::move(begin)();
+    });
+  }
 
   // Exactly one of the following must be called, once.
 
   void BeginOnWorker() {
-    if (!parsed_.ok()) return End(parsed_);
-    RunOn(workers_);
+    if (!status_.ok()) return End(status_);
+    RunOn(is_parsed_ ? workers_ : long_workers_);
   }
-  // Begins on gRPC's thread, for an answer that is likely to be short. If it is not there after
-  // kShortTurn, a thread of `long_workers` begins anew.
+  // Begins on this thread, which may be gRPC's, for an answer that is likely to be short. If it is
+  // not there after kShortTurn, a thread of `long_workers` begins anew. The request must be parsed.
   void BeginAtOnce() {
     ShortTurn short_turn([this, end = EndOfThreadTime(kShortTurn)]() mutable {
       absl::Status wanted = CheckWanted(*context_);
@@ -111,10 +128,10 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     GoOn(step);
   }
   // Begins on a worker when the wait that `start_wait` starts has ended; on a long worker if the
-  // answer is expected to take long.
+  // answer is expected to take long. The request must be parsed.
   void BeginAfter(StartWait start_wait, bool is_long) {
-    if (!parsed_.ok()) return End(parsed_);
-    wait_.emplace();
+    if (!status_.ok()) return End(status_);
+    if (!wait_) wait_.emplace();
     start_wait(*wait_, [this, is_long] { RunOn(is_long ? long_workers_ : workers_); });
   }
 
@@ -142,12 +159,19 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   static constexpr size_t kRequestBytes = 896;
   static constexpr size_t kMessageBytes = 4096;
 
-  absl::Status Parse(const grpc::ByteBuffer& bytes, const absl::Status& acceptable) {
-    ticket_.Received(bytes);
+  absl::Status Admit(const absl::Status& acceptable) {
+    ticket_.Received(bytes_);
     HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
     HYPERMAP_RETURN_IF_ERROR(acceptable);
-    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(Request::default_instance(), bytes));
-    return ParseRequest(bytes, request_);
+    return ticket_.ChargeArrival(Request::default_instance(), bytes_);
+  }
+
+  // Sets status_.
+  void Parse() {
+    is_parsed_ = true;
+    status_ = ticket_.ChargeRest(Request::default_instance(), bytes_);
+    if (status_.ok()) status_ = ParseRequest(bytes_, request_);
+    log_.set_map(MapOf(*request_));
   }
 
   void RunOn(WorkerPool* workers) {
@@ -180,14 +204,15 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     const ScopedCancellation here(cancellation);
     const ScopedMeter metered(&meter_);
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-    absl::StatusOr<Step> step = MakeStep();
+    absl::StatusOr<Step> step = UnlessMemoryFails([&] { return MakeStep(); });
     // Work that was given up has no result.
     HYPERMAP_RETURN_IF_ERROR(cancellation->status());
     return step;
   }
 
   absl::StatusOr<Step> MakeStep() {
-    if (!parsed_.ok()) return parsed_;
+    if (status_.ok() && !is_parsed_) Parse();
+    if (!status_.ok()) return status_;
     if (!source_) {
       HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Source> source, open_(*request_));
       source_ = std::move(source);
@@ -222,16 +247,18 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   const grpc::CallbackServerContext* const context_;
+  const grpc::ByteBuffer& bytes_;
   alignas(std::max_align_t) char block_[kRequestBytes];
   google::protobuf::Arena arena_{block_, sizeof block_};
   Request* const request_ = google::protobuf::Arena::CreateMessage<Request>(&arena_);
   CallTicket ticket_;
-  const absl::Status parsed_;
-  const RequestLog log_;
+  absl::Status status_;  // why there is no request to answer, or OK
+  bool is_parsed_ = false;
+  RequestLog log_;
   WorkerPool* const workers_;
   WorkerPool* const long_workers_;
   OpenSource open_;
-  std::optional<RevisionWait> wait_;  // set by BeginAfter
+  std::optional<RevisionWait> wait_;  // set before gRPC knows the call
   MemoryMeter meter_{&ticket_};       // of what source_ has read of the past
   std::unique_ptr<Source> source_;
   grpc::ByteBuffer message_;  // the message that is being written

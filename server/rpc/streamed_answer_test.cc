@@ -86,7 +86,7 @@ class StreamedAnswerTest : public ::testing::Test {
   std::atomic<int> steps_ = 0;
   std::atomic<bool> other_ran_ = false;
   Budgets budgets_{Limits()};
-  WorkerPool workers_{1};
+  WorkerPool workers_{"hm-test", 1};
   Service service_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<v1::QueryService::Stub> stub_;

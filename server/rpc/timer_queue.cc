@@ -1,5 +1,7 @@
 #include "server/rpc/timer_queue.h"
 
+#include "base/sync/thread_name.h"
+
 namespace hypermap::server {
 
 TimerQueue::TimerQueue() : thread_([this] { Work(); }) {}
@@ -56,7 +58,8 @@ TimerQueue::Task TimerQueue::Take() {
 }
 
 void TimerQueue::Work() {
-  // What a task holds is freed before the thread waits for the next one.
+  NameThisThread("hm-timers");
+  // Each task and the objects that it holds are freed before the thread waits for the next one.
   while (Task task = Take()) std::move(task)();
 }
 

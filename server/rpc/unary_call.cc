@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/wanted.h"
 
@@ -23,6 +24,13 @@ UnaryCall::UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context, abs
       max_answer_bytes_(budgets->max_message_bytes),
       admitted_(ticket_.admitted()),
       log_(*context, rpc, /*map=*/"") {}
+
+absl::Status UnaryCall::EnsureParsed() {
+  if (is_parsed_) return absl::OkStatus();
+  HYPERMAP_RETURN_IF_ERROR(Parse());
+  is_parsed_ = true;
+  return absl::OkStatus();
+}
 
 absl::Status UnaryCall::CheckWanted() const { return server::CheckWanted(*context_); }
 
@@ -82,13 +90,21 @@ absl::Status ReservePart(UnaryCall& call, const google::protobuf::Message& part)
 
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
                                    absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer,
-                                   absl::string_view subject) {
+                                   Turns turns) {
   grpc::ServerUnaryReactor* const reactor = call->reactor();
   if (!call->admitted().ok()) {
     call->Finish(call->admitted());
     return reactor;
   }
+  if (turns == Turns::kOnePerMap && !call->is_parsed()) {
+    // The request is parsed first, because it names the map.
+    return StartOn(workers, call, [workers, call, answer = std::move(answer), turns]() mutable {
+      AnswerOn(workers, call, std::move(answer), turns);
+      return absl::OkStatus();
+    });
+  }
   const std::string client = call->log().client();
+  const std::string subject = turns == Turns::kOnePerMap ? call->log().map() : "";
   workers->Run(client, subject, [call = std::move(call), answer = std::move(answer)]() mutable {
     Cancellation cancellation([&call] { return call->CheckWanted(); });
     absl::StatusOr<int64_t> items = 0;
@@ -97,7 +113,11 @@ grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
       MemoryMeter meter(&call->ticket());
       const ScopedMeter metered(&meter);
       absl::Status status = CheckCancelled();
-      items = status.ok() ? std::move(answer)() : std::move(status);
+      const auto parse_and_answer = [&]() -> absl::StatusOr<int64_t> {
+        HYPERMAP_RETURN_IF_ERROR(call->EnsureParsed());
+        return std::move(answer)();
+      };
+      items = status.ok() ? UnlessMemoryFails(parse_and_answer) : std::move(status);
       // Work that was given up has no result.
       if (!cancellation.status().ok()) items = cancellation.status();
     }
@@ -110,7 +130,7 @@ grpc::ServerUnaryReactor* StartAtOnce(const UnaryCallPtr& call,
                                       absl::AnyInvocable<absl::Status() &&> start) {
   grpc::ServerUnaryReactor* const reactor = call->reactor();
   absl::Status status = call->admitted();
-  if (status.ok()) status = std::move(start)();
+  if (status.ok()) status = UnlessMemoryFails([&] { return std::move(start)(); });
   if (!status.ok()) call->Finish(status);
   return reactor;
 }
@@ -130,7 +150,11 @@ grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
       Cancellation cancellation([&call] { return call->CheckWanted(); });
       const ScopedCancellation here(&cancellation);
       status = CheckCancelled();
-      if (status.ok()) status = std::move(start)();
+      const auto parse_and_start = [&] {
+        absl::Status parsed = call->EnsureParsed();
+        return parsed.ok() ? std::move(start)() : parsed;
+      };
+      if (status.ok()) status = UnlessMemoryFails(parse_and_start);
     }
     if (!status.ok()) call->Finish(status);
   });
@@ -146,6 +170,7 @@ void SubmitAndFinish(UnaryCallPtr call, MapSession& session, EditBatch batch,
   Submission submission{std::move(batch), *std::move(author), request_id,
                         std::move(request_digest)};
   submission.cancellation = call->MakeCancellation();
+  submission.host = call->ticket().host();
   session.Submit(std::move(submission),
                  [call = std::move(call), request_id, edits,
                   respond = std::move(respond)](absl::StatusOr<storage::Receipt> receipt) mutable {

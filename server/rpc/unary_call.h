@@ -43,6 +43,12 @@ class UnaryCall {
   // OK, or the error with which the call must end before any work: too many calls are under way, or
   // the request is too large, or is none.
   const absl::Status& admitted() const { return admitted_; }
+  // Whether the request is parsed. A large one is only when a worker has called EnsureParsed.
+  bool is_parsed() const { return is_parsed_; }
+  // Parses the request, if that was left to a worker. INVALID_ARGUMENT if the bytes are none, and
+  // the errors of CallTicket::ChargeRest. Must not be called again after an error, nor if the call
+  // is not admitted.
+  absl::Status EnsureParsed();
   // As server::CheckWanted.
   absl::Status CheckWanted() const;
   // Tells the loops of work for this call whether its caller still waits. Must not be used after
@@ -91,6 +97,8 @@ class UnaryCall {
     UnaryCall& call_;
   };
 
+  // Fills the request, which is empty until then.
+  virtual absl::Status Parse() = 0;
   virtual void ClearResponse() = 0;
   // Encodes the response where gRPC expects it, and returns its size.
   virtual int64_t EncodeResponse() = 0;
@@ -102,6 +110,7 @@ class UnaryCall {
   CallTicket ticket_;
   const int64_t max_answer_bytes_;
   absl::Status admitted_;
+  bool is_parsed_ = false;
   RequestLog log_;
   std::optional<RevisionWait> wait_;
   absl::string_view advice_;
@@ -118,19 +127,23 @@ struct RawMessages {
   grpc::ByteBuffer* response;
 };
 
-// A unary call with its messages. The memory of a request is charged before it is parsed. The
+// A unary call with its messages. The memory of a request is charged before it is parsed. A small
+// request is parsed when the call begins, a large one by AnswerOn and StartOn on their worker. The
 // messages are on an arena: an answer consists of many small ones, and there, allocating one moves
 // a pointer, and freeing costs nothing. The arena begins with a block of `kBytes`, which is enough
 // for the usual request and answer.
 template <typename Request, typename Response>
 class UnaryCallOf final : public UnaryCall {
  public:
-  // A call whose request is not `acceptable` is refused. The request is not parsed yet.
+  // A call whose request is not `acceptable` is refused.
   static std::shared_ptr<UnaryCallOf> Begin(Budgets* budgets, grpc::CallbackServerContext* context,
                                             absl::string_view rpc, const RawMessages& raw,
                                             const absl::Status& acceptable) {
     auto call = std::make_shared<UnaryCallOf>(Private(), budgets, context, rpc, raw, acceptable);
     call->KeepUntilDone(call);
+    if (call->admitted().ok() && IsSmallRequest(*raw.request)) {
+      if (const absl::Status parsed = call->EnsureParsed(); !parsed.ok()) call->Refuse(parsed);
+    }
     return call;
   }
 
@@ -144,30 +157,23 @@ class UnaryCallOf final : public UnaryCall {
     ticket().Received(*raw.request);
     if (!admitted().ok()) return;
     absl::Status status = acceptable;
-    if (status.ok()) status = ticket().ChargeRequest(Request::default_instance(), *raw.request);
+    if (status.ok()) status = ticket().ChargeArrival(Request::default_instance(), *raw.request);
     if (!status.ok()) Refuse(status);
   }
 
-  // Fills the request, which is empty until then. INVALID_ARGUMENT if the bytes are none. Must be
-  // called at most once, if the call is admitted.
-  absl::Status Parse() {
-    HYPERMAP_RETURN_IF_ERROR(ParseRequest(*raw_.request, request_));
-    set_map(MapOf(*request_));
-    return absl::OkStatus();
-  }
-  // As Parse, if the call is admitted; refuses it if that fails.
-  void ParseOrRefuse() {
-    if (!admitted().ok()) return;
-    if (const absl::Status status = Parse(); !status.ok()) Refuse(status);
-  }
-
-  // The messages live until Finish.
+  // The messages live until Finish. The request is empty while it is not parsed.
   const Request& request() const { return *request_; }
   Response* response() { return response_; }
 
  private:
   static constexpr size_t kBytes = 2048;
 
+  absl::Status Parse() override {
+    HYPERMAP_RETURN_IF_ERROR(ticket().ChargeRest(Request::default_instance(), *raw_.request));
+    HYPERMAP_RETURN_IF_ERROR(ParseRequest(*raw_.request, request_));
+    set_map(MapOf(*request_));
+    return absl::OkStatus();
+  }
   void ClearResponse() override { response_->Clear(); }
   int64_t EncodeResponse() override {
     const grpc::Slice slice = Serialize(*response_);
@@ -184,16 +190,14 @@ class UnaryCallOf final : public UnaryCall {
   Response* const response_ = google::protobuf::Arena::CreateMessage<Response>(&arena_);
 };
 
-// Begins a unary call, and parses its request if that is `acceptable`.
+// Begins a unary call, whose request is refused if it is not `acceptable`.
 template <typename Request, typename Response>
 std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
                                                           grpc::CallbackServerContext* context,
                                                           absl::string_view rpc,
                                                           const RawMessages& raw,
                                                           const absl::Status& acceptable) {
-  auto call = UnaryCallOf<Request, Response>::Begin(budgets, context, rpc, raw, acceptable);
-  call->ParseOrRefuse();
-  return call;
+  return UnaryCallOf<Request, Response>::Begin(budgets, context, rpc, raw, acceptable);
 }
 
 // The same for a request of at most FixedLimits::kMaxRequestBytes.
@@ -211,20 +215,26 @@ std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
 // cancellation.
 absl::Status ReservePart(UnaryCall& call, const google::protobuf::Message& part);
 
-// Runs `answer` on a worker, then ends the call. `answer` fills the response and returns the number
-// of items in it. It is not run if the call was cancelled or its deadline has passed. A call that
-// is not admitted ends at once, here and below. `answer` has the call's Cancellation; once that has
-// reported an error, the call ends with it, whatever `answer` returns. Calls about one `subject`
-// are answered one at a time, as by WorkerPool::Run.
+// How many of the calls about one map a pool answers at a time.
+enum class Turns { kNone, kOnePerMap };
+
+// Parses the request on a worker, if it is not parsed yet, and runs `answer` there; then ends the
+// call. `answer` fills the response and returns the number of items in it. It is not run if the
+// call was cancelled or its deadline has passed. A call that is not admitted ends at once, here and
+// below. `answer` has the call's Cancellation; once that has reported an error, the call ends with
+// it, whatever `answer` returns. With Turns::kOnePerMap, the calls about a map are answered one at
+// a time, as tasks about one subject by WorkerPool::Run.
 grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
                                    absl::AnyInvocable<absl::StatusOr<int64_t>() &&> answer,
-                                   absl::string_view subject = "");
+                                   Turns turns = Turns::kNone);
 
-// Runs `start` on a worker. If it returns an error, the call ends with it; otherwise `start` has
-// made sure that the call is ended later. `start` has the call's Cancellation, too.
+// Parses the request on a worker, if it is not parsed yet, and runs `start` there. If it returns an
+// error, the call ends with it; otherwise `start` has made sure that the call is ended later.
+// `start` has the call's Cancellation, too.
 grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
                                   absl::AnyInvocable<absl::Status() &&> start);
-// As StartOn, but on gRPC's thread; for short tasks.
+// As StartOn, but on gRPC's thread; for short tasks. REQUIRES: the call is not admitted, or its
+// request is parsed.
 grpc::ServerUnaryReactor* StartAtOnce(const UnaryCallPtr& call,
                                       absl::AnyInvocable<absl::Status() &&> start);
 

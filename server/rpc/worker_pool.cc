@@ -1,17 +1,18 @@
 #include "server/rpc/worker_pool.h"
 
-#include <algorithm>
 #include <utility>
 
+#include "base/admission/client_host.h"
 #include "base/cancellation/give_way.h"
 #include "server/rpc/scheduling.h"
 
 namespace hypermap::server {
 
-WorkerPool::WorkerPool(int num_threads, int niceness) {
+WorkerPool::WorkerPool(ThreadName name, int num_threads, int niceness) {
   threads_.reserve(num_threads);
   for (int i = 0; i < num_threads; ++i) {
-    threads_.emplace_back([this, niceness] {
+    threads_.emplace_back([this, name, niceness] {
+      NameThisThread(name);
       if (niceness > 0) LowerPriority(niceness);
       Work();
     });
@@ -28,39 +29,69 @@ WorkerPool::~WorkerPool() {
 }
 
 void WorkerPool::Run(absl::string_view client, absl::string_view subject, Task task) {
+  const std::string host = admission::HostOfPeer(client);
   MutexLock lock(&mutex_);
-  std::deque<Queued>& tasks = tasks_[client];
-  if (tasks.empty()) turns_.emplace_back(client);
-  tasks.push_back({std::string(subject), std::move(task)});
+  FindOrAddConnection(client, host)->tasks.push_back({std::string(subject), std::move(task)});
   changed_.NotifyOne();
 }
 
-std::deque<std::string>::iterator WorkerPool::FindTurn() {
-  return std::find_if(turns_.begin(), turns_.end(), [this](const std::string& client) {
-    mutex_.AssertHeld();
-    return !busy_subjects_.contains(tasks_.find(client)->second.front().subject);
-  });
+std::list<WorkerPool::Connection>::iterator WorkerPool::FindOrAddConnection(
+    absl::string_view client, absl::string_view host) {
+  const auto known = connection_by_client_.find(client);
+  if (known != connection_by_client_.end()) return known->second;
+  auto entry = host_by_name_.find(host);
+  if (entry == host_by_name_.end()) {
+    const auto added = hosts_.insert(hosts_.end(), {std::string(host), {}});
+    entry = host_by_name_.emplace(added->name, added).first;
+  }
+  std::list<Connection>& connections = entry->second->connections;
+  const auto added = connections.insert(connections.end(), {std::string(client), {}});
+  connection_by_client_.emplace(added->client, added);
+  return added;
+}
+
+std::optional<WorkerPool::Turn> WorkerPool::FindTurn() {
+  for (auto host = hosts_.begin(); host != hosts_.end(); ++host) {
+    for (auto connection = host->connections.begin(); connection != host->connections.end();
+         ++connection) {
+      if (!busy_subjects_.contains(connection->tasks.front().subject)) {
+        return Turn{host, connection};
+      }
+    }
+  }
+  return std::nullopt;
+}
+
+WorkerPool::Queued WorkerPool::TakeTurn(const Turn& turn) {
+  const auto [host, connection] = turn;
+  Queued next = std::move(connection->tasks.front());
+  connection->tasks.pop_front();
+  std::list<Connection>& connections = host->connections;
+  if (connection->tasks.empty()) {
+    connection_by_client_.erase(connection->client);
+    connections.erase(connection);
+  } else {
+    connections.splice(connections.end(), connections, connection);
+  }
+  if (connections.empty()) {
+    host_by_name_.erase(host->name);
+    hosts_.erase(host);
+  } else {
+    hosts_.splice(hosts_.end(), hosts_, host);
+  }
+  return next;
 }
 
 WorkerPool::Queued WorkerPool::Take() {
   MutexLock lock(&mutex_);
-  auto turn = FindTurn();
-  while (turn == turns_.end() && !(ending_ && turns_.empty())) {
+  std::optional<Turn> turn = FindTurn();
+  while (!turn && !(ending_ && hosts_.empty())) {
     changed_.Wait(&mutex_);
     turn = FindTurn();
   }
-  if (turn == turns_.end()) return {};
-  std::string client = std::move(*turn);
-  turns_.erase(turn);
-  const auto tasks = tasks_.find(client);
-  Queued next = std::move(tasks->second.front());
-  tasks->second.pop_front();
+  if (!turn) return {};
+  Queued next = TakeTurn(*turn);
   if (!next.subject.empty()) busy_subjects_.insert(next.subject);
-  if (tasks->second.empty()) {
-    tasks_.erase(tasks);
-  } else {
-    turns_.push_back(std::move(client));
-  }
   return next;
 }
 
@@ -77,7 +108,7 @@ void WorkerPool::Work() {
     Queued next = Take();
     if (!next.task) return;
     std::move(next.task)();
-    // What the task holds is freed before the thread waits for the next one.
+    // Frees the objects that the task holds before the thread waits for the next one.
     next.task = nullptr;
     Ended(next.subject);
     GiveWay();

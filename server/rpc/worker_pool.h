@@ -3,6 +3,8 @@
 #define HYPERMAP_SERVER_RPC_WORKER_POOL_H_
 
 #include <deque>
+#include <list>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -14,31 +16,39 @@
 #include "absl/functional/any_invocable.h"
 #include "absl/strings/string_view.h"
 #include "base/sync/mutex.h"
+#include "base/sync/thread_name.h"
 
 namespace hypermap::server {
 
-// Runs as many tasks at a time as there are threads. Clients take turns: the next task is of the
-// client that has waited longest for its turn, and the tasks of one client run in the order in
-// which they come. A client whose next task is about a busy subject is passed over. The queue is
-// not bounded: it has about one task for each request in flight. Thread safe.
+// Runs as many tasks at a time as there are threads. Hosts take turns, however many connections
+// each of them has, and within a host its connections take turns: the next task is of the host that
+// has waited longest for its turn, and there of the connection that has. The tasks of one
+// connection run in the order in which they come. A connection whose next task is about a busy
+// subject is passed over, and a host that has no others, too; both keep their place.
+//
+// A task costs O(1), and O(n) if n connections are passed over. The queue is not bounded: it has
+// about one task for each request in flight. Thread safe.
 class WorkerPool {
  public:
   using Task = absl::AnyInvocable<void() &&>;
 
-  // The threads run at this niceness (nice(7)): a greater one leaves more of the processors to the
-  // threads of other pools.
-  explicit WorkerPool(int num_threads, int niceness = 0);
+  // The threads have this name, and run at this niceness (nice(7)): a greater one leaves more of
+  // the processors to the threads of other pools.
+  WorkerPool(ThreadName name, int num_threads, int niceness = 0);
   // Runs the queued tasks, then joins the threads.
   ~WorkerPool();
   WorkerPool(const WorkerPool&) = delete;
   WorkerPool& operator=(const WorkerPool&) = delete;
 
-  // `client` identifies the connection for which the task is. Tasks about the same `subject` run
-  // one at a time, so that none holds a thread while it waits for another; "" is no subject.
+  // `client` is the address of the connection's other end as gRPC writes it; its host is that of
+  // admission::HostOfPeer. Tasks about the same `subject` run one at a time, so that none holds a
+  // thread while it waits for another; "" is no subject.
   void Run(absl::string_view client, absl::string_view subject, Task task);
   void Run(absl::string_view client, Task task) { Run(client, "", std::move(task)); }
   // Runs a task of the server itself.
   void Run(Task task) { Run("", std::move(task)); }
+
+  int num_threads() const { return static_cast<int>(threads_.size()); }
 
  private:
   struct Queued {
@@ -46,18 +56,43 @@ class WorkerPool {
     Task task;
   };
 
+  // A connection that has queued tasks.
+  struct Connection {
+    std::string client;
+    std::deque<Queued> tasks;
+  };
+  // A host that has such connections.
+  struct Host {
+    std::string name;
+    std::list<Connection> connections;  // in the order of their turns
+  };
+  struct Turn {
+    std::list<Host>::iterator host;
+    std::list<Connection>::iterator connection;
+  };
+
   void Work();
   // Waits for a task; one without a task means that the pool ends. The subject is busy until Ended.
   Queued Take();
   void Ended(const std::string& subject);
+  // Returns the entry of a connection. A new one has no task yet and must get one under this lock.
+  std::list<Connection>::iterator FindOrAddConnection(absl::string_view client,
+                                                      absl::string_view host)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Returns the first turn whose task can run.
-  std::deque<std::string>::iterator FindTurn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  std::optional<Turn> FindTurn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Removes the task of this turn, and its connection and host if they have no others; otherwise
+  // these go to the end of their lists.
+  Queued TakeTurn(const Turn& turn) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Mutex mutex_;
   CondVar changed_;
-  // The queued tasks of each client that has any, and these clients in the order of their turns.
-  absl::flat_hash_map<std::string, std::deque<Queued>> tasks_ ABSL_GUARDED_BY(mutex_);
-  std::deque<std::string> turns_ ABSL_GUARDED_BY(mutex_);
+  std::list<Host> hosts_ ABSL_GUARDED_BY(mutex_);  // in the order of their turns
+  // Find the entries of these lists. The keys are the names that stand in the entries.
+  absl::flat_hash_map<absl::string_view, std::list<Host>::iterator> host_by_name_
+      ABSL_GUARDED_BY(mutex_);
+  absl::flat_hash_map<absl::string_view, std::list<Connection>::iterator> connection_by_client_
+      ABSL_GUARDED_BY(mutex_);
   absl::flat_hash_set<std::string> busy_subjects_ ABSL_GUARDED_BY(mutex_);
   bool ending_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;

@@ -14,14 +14,15 @@ struct WorkerPools {
   // `num_threads` for each class that computes. The other classes wait for the disk or for each
   // other, and have a few threads.
   explicit WorkerPools(int num_threads)
-      : questions(num_threads),
-        long_questions(num_threads, kLongNiceness),
-        watches(num_threads),
-        writes(num_threads),
-        long_writes(num_threads, kLongNiceness),
-        openings(2),
-        files(2, kLongNiceness),
-        explorations(4, kLongNiceness) {}
+      : questions("hm-questions", num_threads),
+        long_questions("hm-long-q", num_threads, kLongNiceness),
+        watches("hm-watches", num_threads),
+        writes("hm-writes", num_threads),
+        long_writes("hm-long-writes", num_threads, kLongNiceness),
+        openings("hm-openings", 2),
+        files("hm-files", 2, kLongNiceness),
+        uploads("hm-uploads", 2, kLongNiceness),
+        explorations("hm-explorations", 4, kLongNiceness) {}
 
   // Questions until they prove long, and small requests.
   WorkerPool questions;
@@ -31,12 +32,16 @@ struct WorkerPools {
   WorkerPool watches;
   // Decoding of edits and observations. The maps' own threads write them.
   WorkerPool writes;
-  // Decoding of large batches of edits and observations.
+  // Decoding of large batches of edits and observations, and of large requests to create a layer.
   WorkerPool long_writes;
   // Creating and deleting maps, and opening streams of observations, which wait for the disk.
   WorkerPool openings;
   // Import, export and backup.
   WorkerPool files;
+  // The pieces of imports as they arrive, each of which takes milliseconds. In `files` they would
+  // wait for imports that are being decoded, for minutes; in `long_writes`, edits would wait for a
+  // disk that is slow to take them.
+  WorkerPool uploads;
   // Explorations, whose calls wait for commits and for each other.
   WorkerPool explorations;
 };

@@ -28,6 +28,10 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
     const auto size = static_cast<int64_t>(std::filesystem::file_size(file_.path(), error));
     if (error) return CannotRead();
     if (size < charge_.amount()) charge_.GiveBack(charge_.amount() - size);
+    // Edits have made the map larger since the room was reserved.
+    if (size > charge_.amount()) {
+      HYPERMAP_RETURN_IF_ERROR(charge_.Add(size - charge_.amount()));
+    }
     stream_.open(file_.path(), std::ios::binary);
     return stream_ ? absl::OkStatus() : CannotRead();
   }

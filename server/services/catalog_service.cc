@@ -136,7 +136,7 @@ grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext*
         call->response()->set_map(call->request().map());
         return 1;
       },
-      call->admitted().ok() ? call->request().map() : "");
+      Turns::kOnePerMap);
 }
 
 absl::Status CatalogService::RemoveMap(const RequestLog& log,
@@ -154,7 +154,9 @@ grpc::ServerUnaryReactor* CatalogService::CreateLayer(grpc::CallbackServerContex
   const auto call = BeginCall<v1::CreateLayerRequest, v1::CreateLayerResponse>(
       facilities_.budgets, context, "CreateLayer", {request, response},
       CheckRequestSize(*request, FixedLimits::kMaxLayerRequestBytes));
-  return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
+  WorkerPools& workers = *facilities_.workers;
+  WorkerPool& pool = call->is_parsed() ? workers.writes : workers.long_writes;
+  return StartOn(&pool, call, [this, call]() -> absl::Status {
     const v1::CreateLayerRequest& asked = call->request();
     if (!asked.has_layer()) return absl::InvalidArgumentError("layer is missing");
     HYPERMAP_ASSIGN_OR_RETURN(const LayerSpec spec, wire::DecodeLayerSpec("layer", asked.layer()));

@@ -12,26 +12,19 @@ namespace hypermap::server {
 namespace {
 
 // Batches up to this size are decoded on gRPC's thread, in less time than a worker needs to wake
-// up.
+// up, unless their bytes are many.
 constexpr int kFewEdits = 16;
-constexpr size_t kFewBytes = 16 << 10;
 
 }  // namespace
 
 grpc::ServerUnaryReactor* EditService::ApplyEdits(grpc::CallbackServerContext* context,
                                                   const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
-  auto call =
-      EditsCall::Begin(facilities_.budgets, context, "ApplyEdits", RawMessages{request, response},
-                       /*acceptable=*/absl::OkStatus());
-  if (request->Length() > kFewBytes) {
-    return StartOn(&facilities_.workers->long_writes, call, [this, call]() -> absl::Status {
-      HYPERMAP_RETURN_IF_ERROR(call->Parse());
-      return StartEdits(call);
-    });
-  }
-  call->ParseOrRefuse();
+  const auto call = BeginCall<v1::ApplyEditsRequest, v1::ApplyEditsResponse>(
+      facilities_.budgets, context, "ApplyEdits", {request, response},
+      /*acceptable=*/absl::OkStatus());
   const auto start = [this, call] { return StartEdits(call); };
+  if (!call->is_parsed()) return StartOn(&facilities_.workers->long_writes, call, start);
   if (call->request().edits_size() <= kFewEdits) return StartAtOnce(call, start);
   return StartOn(&facilities_.workers->writes, call, start);
 }

@@ -5,9 +5,11 @@
 
 #include <future>
 #include <string>
+#include <vector>
 
 #include "server/rpc/call_ticket.h"
 #include "server/services/testing/test_server.h"
+#include "tests/support/eventually.h"
 #include "wire/edit.h"
 
 namespace hypermap::server {
@@ -164,6 +166,46 @@ TEST(EditServiceMemoryTest, B7_LargeRequestsHoldABoundedMemoryTogether) {
   EXPECT_EQ(server.budgets().request_bytes.used(), 0);
   const grpc::Status accepted = apply(request("other", 2000));
   EXPECT_TRUE(accepted.ok()) << accepted.error_message();
+}
+
+TEST(EditServiceQueueTest, OneClientAddressFillsHalfOfTheQueueOfAMap) {
+  SessionOptions options;
+  options.limits.max_queue = 4;
+  TestServer server({}, 1 << 20, options);
+  server.MakeMap("site", LayerOfCups("cups", 0));
+  MapSession& session = **server.site().Find("site");
+  const EditBatch cup{{LayerOfCups("cups", 1).edits[1]}};
+  const auto apply = [&] {
+    v1::ApplyEditsRequest request;
+    request.set_map("site");
+    wire::EncodeEdit(cup.edits[0], request.add_edits());
+    grpc::ClientContext context;
+    v1::ApplyEditsResponse response;
+    return server.edit->ApplyEdits(&context, request, &response);
+  };
+  server.disk().Hold();
+  std::vector<std::future<grpc::Status>> answers;
+  answers.push_back(std::async(std::launch::async, apply));
+  server.disk().AwaitHeldWrite();
+  // Two of these wait in the queue, and the third is refused.
+  for (int i = 0; i < 3; ++i) answers.push_back(std::async(std::launch::async, apply));
+  ASSERT_TRUE(
+      testing::Eventually([&] { return server.budgets().refusals.NumOf("--max_queue") == 1; }));
+  std::promise<absl::Status> own;
+  session.Submit({cup, "test", ""}, [&own](const absl::StatusOr<storage::Receipt>& receipt) {
+    own.set_value(receipt.status());
+  });
+  server.disk().Release();
+  EXPECT_TRUE(own.get_future().get().ok());
+  int refused = 0;
+  for (std::future<grpc::Status>& answer : answers) {
+    const grpc::Status status = answer.get();
+    if (status.ok()) continue;
+    ++refused;
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_THAT(status.error_message(), HasSubstr("half of --max_queue, 4"));
+  }
+  EXPECT_EQ(refused, 1);
 }
 
 TEST_F(EditServiceTest, ShutdownAnswersTheEditInFlight) {

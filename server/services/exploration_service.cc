@@ -39,7 +39,7 @@ grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
         response->set_incarnation(session->incarnation());
         return answer(*call, request, response, *explorations_.Of(session));
       },
-      takes_turns && call->admitted().ok() ? call->request().map() : "");
+      takes_turns ? Turns::kOnePerMap : Turns::kNone);
 }
 
 grpc::ServerUnaryReactor* ExplorationService::StartExploration(grpc::CallbackServerContext* context,

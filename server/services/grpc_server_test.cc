@@ -30,7 +30,7 @@ grpc::health::v1::HealthCheckResponse::ServingStatus HealthOf(TestServer& server
   return response.status();
 }
 
-// What a server needs to be started, without maps.
+// The facilities of a server without maps.
 class NoMaps {
  public:
   Facilities facilities() { return {nullptr, {}, &workers_, "", &budgets_}; }

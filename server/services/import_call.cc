@@ -9,6 +9,8 @@
 #include "base/cancellation/cancellation.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
+#include "base/sync/handed_over.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
@@ -34,34 +36,63 @@ ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* f
       log_(*context, "ImportMap", ""),
       files_(*facilities, log_.client()) {
   if (ticket_.admitted().ok()) {
-    StartRead(&read_);
+    ReadNext();
   } else {
     End(ticket_.admitted());
   }
 }
 
+void ImportCall::ReadNext() {
+  HandOver(this);
+  StartRead(&read_);
+}
+
 void ImportCall::OnReadDone(bool ok) {
+  TakeOver(this);
   if (!ok) {
     facilities_->workers->files.Run(log_.client(), [this] {
-      const absl::Status status = Import();
+      const absl::Status status = UnlessMemoryFails([this] { return Import(); });
       if (files_.bytes() >= kLargeImportBytes) admission::ReturnFreedMemory();
       End(status);
     });
     return;
   }
-  if (absl::Status status = TakeMessage(); !status.ok()) return End(status);
-  StartRead(&read_);
+  facilities_->workers->uploads.Run(log_.client(), [this, charged = ChargeMessage()] {
+    const absl::Status status =
+        charged.ok() ? UnlessMemoryFails([this] { return TakeMessage(); }) : charged;
+    // Removing the files may take long, too.
+    if (!status.ok()) return End(status);
+    ReadNext();
+  });
+}
+
+void ImportCall::OnDone() {
+  TakeOver(this);
+  ticket_.LookForCancellation();
+  delete this;
+}
+
+absl::Status ImportCall::ChargeMessage() {
+  ticket_.Received(read_);
+  const int64_t cost = CallTicket::CostOnArrival(v1::ImportMapRequest::default_instance(), read_);
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+  message_cost_ = cost;
+  return absl::OkStatus();
 }
 
 absl::Status ImportCall::TakeMessage() {
-  ticket_.Received(read_);
-  const int64_t cost = CallTicket::CostOfRequest(v1::ImportMapRequest::default_instance(), read_);
-  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
   v1::ImportMapRequest message;
+  if (!IsSmallRequest(read_)) {
+    const int64_t cost = CallTicket::CostOfRequest(message, read_);
+    ticket_.FreeMemory(std::exchange(message_cost_, 0));
+    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+    message_cost_ = cost;
+  }
   absl::Status status = ParseRequest(read_, &message);
   read_.Clear();
   if (status.ok()) status = Take(std::move(message));
-  ticket_.FreeMemory(cost);
+  ticket_.FreeMemory(std::exchange(message_cost_, 0));
   return status;
 }
 
@@ -153,8 +184,10 @@ absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
   response_.mutable_repairs()->Assign(imported.repairs.begin(), imported.repairs.end());
   response_.set_incarnation(session.incarnation());
   std::string digest = digest_ ? std::move(*digest_).Finish() : "";
-  return session.SubmitAndWait(
-      {std::move(imported.batch), author_, header_->request_id(), std::move(digest)});
+  Submission submission{std::move(imported.batch), author_, header_->request_id(),
+                        std::move(digest)};
+  submission.host = ticket_.host();
+  return session.SubmitAndWait(std::move(submission));
 }
 
 void ImportCall::End(const absl::Status& status) {
@@ -162,8 +195,11 @@ void ImportCall::End(const absl::Status& status) {
     const grpc::Slice slice = Serialize(response_);
     grpc::ByteBuffer(&slice, 1).Swap(encoded_response_);
   }
+  files_.Remove();
   log_.Finished(status, response_.layers_size());
-  Finish(ticket_.Encode(status));
+  const grpc::Status encoded = ticket_.Encode(status);
+  HandOver(this);
+  Finish(encoded);
 }
 
 }  // namespace hypermap::server

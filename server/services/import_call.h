@@ -6,6 +6,7 @@
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
 
+#include <cstdint>
 #include <optional>
 #include <string>
 
@@ -22,8 +23,11 @@
 
 namespace hypermap::server {
 
-// Collects the files of an import, decodes them on a worker, and submits the edits as one
-// batch. If a new map can't be filled, it is removed again. Deletes itself in OnDone.
+// Collects the files of an import, decodes them on a worker, and submits the edits as one batch. If
+// a new map can't be filled, it is removed again. A worker takes each message, too, because that
+// writes to the disk; the next one is read when it has. So a call has one owner at any time: gRPC
+// during a read, until OnReadDone gives the call to a worker, which reads again or ends it. Deletes
+// itself in OnDone, which gRPC calls after Finish.
 class ImportCall final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
  public:
   // `facilities` must outlive this; context and response live until OnDone.
@@ -31,13 +35,12 @@ class ImportCall final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
              grpc::ByteBuffer* response);
 
   void OnReadDone(bool ok) override;
-  void OnDone() override {
-    ticket_.LookForCancellation();
-    delete this;
-  }
+  void OnDone() override;
 
  private:
-  // Charges for the message that was read, while it takes it.
+  // Charges for the arrival of the message that was read.
+  absl::Status ChargeMessage();
+  // Takes the message on a worker, and charges for the rest of it meanwhile.
   absl::Status TakeMessage();
   absl::Status Take(v1::ImportMapRequest message);
 
@@ -48,6 +51,8 @@ class ImportCall final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
   absl::StatusOr<storage::Receipt> ImportIntoNewMap();
   absl::StatusOr<storage::Receipt> Submit(MapSession& session, storage::ImportedMap imported);
 
+  void ReadNext();
+  // Removes the files, so that OnDone need not, and ends the call.
   void End(const absl::Status& status);
 
   const grpc::CallbackServerContext* const context_;
@@ -56,10 +61,11 @@ class ImportCall final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
   v1::ImportMapResponse response_;
   CallTicket ticket_;
   RequestLog log_;
-  grpc::ByteBuffer read_;  // target of the read under way
+  grpc::ByteBuffer read_;  // target of the read under way, or the message that waits for a worker
+  int64_t message_cost_ = 0;  // charged for the message
   std::optional<v1::ImportHeader> header_;
   std::string author_;
-  // Of the header and the files so far. None if the request has no id.
+  // Digest of the header and the files so far. None if the request has no id.
   std::optional<RequestDigest> digest_;
   UploadedFiles files_;
 };

@@ -24,6 +24,7 @@ absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const
   FusionSubmission submission{std::move(command), std::move(author), request.request_id(),
                               DigestOf(request)};
   submission.cancellation = call->MakeCancellation();
+  submission.host = call->ticket().host();
   response->set_map(request.map());
   response->set_incarnation(session->incarnation());
   session->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),
@@ -80,7 +81,7 @@ grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerConte
   return AnswerOn(
       &facilities_.workers->long_questions, call,
       [this, call] { return Explain(*call, call->request(), call->response()); },
-      call->admitted().ok() ? call->request().map() : "");
+      Turns::kOnePerMap);
 }
 
 absl::StatusOr<int64_t> IngestService::Explain(const UnaryCall& call,

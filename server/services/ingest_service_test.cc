@@ -1,16 +1,22 @@
 #include "server/services/ingest_service.h"
 
 #include <gmock/gmock.h>
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
 #include <gtest/gtest.h>
 
+#include <future>
 #include <memory>
 #include <set>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "absl/time/clock.h"
 #include "client_libs/cpp/client.h"
+#include "server/rpc/call_ticket.h"
 #include "server/services/testing/test_server.h"
 #include "tests/support/eventually.h"
 #include "wire/observation.h"
@@ -341,6 +347,110 @@ TEST_F(IngestServiceTest, LayerIsRebuiltRetractedAndExplained) {
             before + 2);
   EXPECT_TRUE(absl::IsNotFound(client_.RetractSource("site", "things", "b").status()));
   EXPECT_TRUE(absl::IsFailedPrecondition(client_.RebuildLayer("site", "seen", "", "").status()));
+}
+
+// A robot of which the layer has so many ranges of sequences that the answer to an opening is
+// large, and a client that receives little ahead of its readers.
+class LargeOpeningTest : public ::testing::Test {
+ protected:
+  static constexpr int kRanges = 20'000;
+  // About the size of the encoded answer: the sequences are so large that each takes nine bytes.
+  static constexpr int64_t kAnswerBytes = 22 * kRanges;
+
+  LargeOpeningTest() : server_(SmallLimits()) {
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
+    arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
+    ingest_ = v1::IngestService::NewStub(grpc::CreateCustomChannel(
+        server_.address(), grpc::InsecureChannelCredentials(), arguments));
+    server_.MakeMap("site", LayerOfCups("things", 0));
+    const std::shared_ptr<MapSession> session = *server_.site().Find("site");
+    EXPECT_TRUE(session->RunAndWait(FusionSubmission{StartFusion{"things", {}}, "test", ""}).ok());
+    ObservationSubmission submission{"things", {}, "test"};
+    for (int64_t i = 0; i < kRanges; ++i) {
+      Observation observation;
+      observation.robot = "cart";
+      observation.sequence = (int64_t{1} << 62) + 2 * i;
+      observation.stamp = absl::FromUnixSeconds(1'700'000'000);
+      submission.observations.push_back(std::move(observation));
+    }
+    const auto stored = std::make_shared<std::promise<absl::Status>>();
+    session->Observe(std::move(submission),
+                     [stored](const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts) {
+                       stored->set_value(verdicts.status());
+                     });
+    EXPECT_TRUE(stored->get_future().get().ok());
+  }
+
+  static Limits SmallLimits() {
+    Limits limits;
+    // One client address gets half of it.
+    limits.max_request_bytes = 8 << 20;
+    return limits;
+  }
+
+  // Opens a stream that names the robot.
+  std::unique_ptr<grpc::ClientReaderWriter<v1::ObserveRequest, v1::ObserveResponse>> Open(
+      grpc::ClientContext* context) {
+    auto stream = ingest_->Observe(context);
+    v1::ObserveRequest request;
+    request.mutable_opening()->set_map("site");
+    request.mutable_opening()->set_layer("things");
+    request.mutable_opening()->set_robot("cart");
+    EXPECT_TRUE(stream->Write(request));
+    return stream;
+  }
+  int64_t used() { return server_.budgets().request_bytes.used(); }
+  int64_t refused() { return server_.budgets().refusals.NumOf("--max_request_bytes"); }
+
+  TestServer server_;
+  std::unique_ptr<v1::IngestService::Stub> ingest_;
+};
+
+TEST_F(LargeOpeningTest, AnswerIsChargedUntilItIsRead) {
+  grpc::ClientContext context;
+  const auto stream = Open(&context);
+  const int64_t charged = kAnswerBytes - CallTicket::kFreeAnswerBytes;
+  EXPECT_TRUE(testing::Eventually(
+      [&] { return used() > charged - (8 << 10) && used() < charged + (8 << 10); }));
+  v1::ObserveResponse response;
+  ASSERT_TRUE(stream->Read(&response));
+  EXPECT_EQ(response.opened().known_size(), kRanges);
+  EXPECT_TRUE(testing::Eventually([&] { return used() == 0; }));
+  stream->WritesDone();
+  EXPECT_FALSE(stream->Read(&response));
+  EXPECT_TRUE(stream->Finish().ok());
+}
+
+TEST_F(LargeOpeningTest, AnswersThatNobodyReadsAreRefusedBeforeTheyAreMade) {
+  constexpr size_t kMaxStreams = 20;
+  std::vector<std::unique_ptr<grpc::ClientContext>> contexts;
+  std::vector<decltype(Open(nullptr))> streams;
+  while (streams.size() < kMaxStreams && refused() == 0) {
+    contexts.push_back(std::make_unique<grpc::ClientContext>());
+    streams.push_back(Open(contexts.back().get()));
+    const int64_t held = static_cast<int64_t>(streams.size()) * (kAnswerBytes - (32 << 10));
+    EXPECT_TRUE(testing::Eventually([&] { return used() > held || refused() > 0; }));
+  }
+  EXPECT_LT(streams.size(), kMaxStreams);
+  int num_opened = 0;
+  for (const auto& stream : streams) {
+    v1::ObserveResponse response;
+    const bool opened = stream->Read(&response);
+    stream->WritesDone();
+    EXPECT_FALSE(opened && stream->Read(&response));
+    const grpc::Status status = stream->Finish();
+    if (opened) {
+      ++num_opened;
+      EXPECT_TRUE(status.ok()) << status.error_message();
+    } else {
+      EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+      EXPECT_THAT(status.error_message(), HasSubstr("--max_request_bytes"));
+    }
+  }
+  EXPECT_GT(num_opened, 0);
+  EXPECT_LT(num_opened, static_cast<int>(streams.size()));
+  EXPECT_TRUE(testing::Eventually([&] { return used() == 0; }));
 }
 
 }  // namespace

@@ -8,17 +8,12 @@
 #include "storage/interchange/geojson.h"
 #include "storage/interchange/hmap.h"
 #include "storage/interchange/nav2.h"
+#include "wire/file_format.h"
 
 namespace hypermap::server {
 namespace {
 
 constexpr char kDefaultNav2Layer[] = "occupancy";
-
-absl::Status UnknownFormat(v1::FileFormat format) {
-  if (format == v1::FILE_FORMAT_UNSPECIFIED) return absl::InvalidArgumentError("format is missing");
-  return absl::InvalidArgumentError(
-      absl::StrCat("format is not known: ", static_cast<int>(format)));
-}
 
 absl::StatusOr<const storage::NamedFile*> OnlyFile(const std::vector<storage::NamedFile>& files) {
   if (files.size() == 1) return &files.front();
@@ -69,36 +64,34 @@ absl::StatusOr<storage::ExportedFiles> EncodeNav2Files(const Snapshot& snapshot,
 absl::StatusOr<storage::ImportedMap> DecodeFiles(const v1::ImportHeader& header,
                                                  const std::vector<storage::NamedFile>& files,
                                                  const Snapshot* snapshot, const Limits& limits) {
-  if (header.format() == v1::FILE_FORMAT_NAV2) {
+  HYPERMAP_ASSIGN_OR_RETURN(const FileFormat format,
+                            wire::DecodeFileFormat("format", header.format()));
+  if (format == FileFormat::kNav2) {
     const std::string layer = header.layer().empty() ? kDefaultNav2Layer : header.layer();
     return storage::DecodeNav2(files, layer, header.frame_id(), limits);
   }
-  if (header.format() != v1::FILE_FORMAT_HMAP && header.format() != v1::FILE_FORMAT_GEOJSON) {
-    return UnknownFormat(header.format());
-  }
   HYPERMAP_ASSIGN_OR_RETURN(const storage::NamedFile* const file, OnlyFile(files));
-  if (header.format() == v1::FILE_FORMAT_HMAP) {
-    return storage::DecodeHmap(file->data, limits);
-  }
+  if (format == FileFormat::kHmap) return storage::DecodeHmap(file->data, limits);
   if (header.layer().empty()) return absl::InvalidArgumentError("layer is missing");
   return storage::DecodeGeoJson(file->data, header.layer(), snapshot, limits);
 }
 
 absl::StatusOr<storage::ExportedFiles> EncodeFiles(const v1::ExportMapRequest& request,
                                                    const Snapshot& snapshot) {
+  HYPERMAP_ASSIGN_OR_RETURN(const FileFormat format,
+                            wire::DecodeFileFormat("format", request.format()));
   const std::vector<std::string> layers(request.layers().begin(), request.layers().end());
-  switch (request.format()) {
-    case v1::FILE_FORMAT_HMAP: {
+  switch (format) {
+    case FileFormat::kHmap: {
       HYPERMAP_ASSIGN_OR_RETURN(const Snapshot selected, WithLayers(snapshot, layers));
       return storage::EncodeHmap(selected);
     }
-    case v1::FILE_FORMAT_NAV2:
+    case FileFormat::kNav2:
       return EncodeNav2Files(snapshot, layers, request.image_format());
-    case v1::FILE_FORMAT_GEOJSON:
-      return storage::EncodeGeoJson(snapshot, layers);
-    default:
-      return UnknownFormat(request.format());
+    case FileFormat::kGeoJson:
+      break;
   }
+  return storage::EncodeGeoJson(snapshot, layers);
 }
 
 }  // namespace hypermap::server

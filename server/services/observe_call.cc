@@ -7,6 +7,7 @@
 
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "wire/ingest.h"
@@ -30,7 +31,18 @@ int64_t BytesOfAcknowledgements(const v1::ObserveRequest& request) {
 // Decoding larger requests takes long.
 constexpr size_t kFewBytes = 64 << 10;
 
-// The part of the acknowledgements' bytes that is charged.
+// Estimated memory of a range of known sequences: its message in a list that grows by doubling, and
+// its encoded form.
+constexpr int64_t kBytesOfKnownRange = 96;
+
+int64_t BytesOfOpened(const OpenedLayer& opened) {
+  const size_t texts =
+      opened.strategy.size() + opened.parameters.size() + opened.exploration_layer.size();
+  return 2 * static_cast<int64_t>(texts) +
+         kBytesOfKnownRange * static_cast<int64_t>(opened.known.size());
+}
+
+// The part of the answers' bytes that is charged.
 int64_t Charged(int64_t bytes) {
   return std::max<int64_t>(0, bytes - CallTicket::kFreeAnswerBytes);
 }
@@ -82,10 +94,22 @@ absl::Status ObserveCall::ChargeRequest() {
   ticket_.Received(read_);
   const RequestSize size = {
       static_cast<int64_t>(read_.Length()),
-      CallTicket::CostOfRequest(v1::ObserveRequest::default_instance(), read_)};
+      CallTicket::CostOnArrival(v1::ObserveRequest::default_instance(), read_)};
   HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(size.cost));
   request_sizes_.push_back(size);
   unanswered_bytes_ += size.bytes;
+  return absl::OkStatus();
+}
+
+absl::Status ObserveCall::ChargeRest(const grpc::ByteBuffer& bytes) {
+  if (IsSmallRequest(bytes)) return absl::OkStatus();
+  const int64_t cost = CallTicket::CostOfRequest(v1::ObserveRequest::default_instance(), bytes);
+  const MutexLock lock(&mutex_);
+  // No other is read while this one is taken.
+  RequestSize& size = request_sizes_.back();
+  ticket_.FreeMemory(std::exchange(size.cost, 0));
+  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+  size.cost = cost;
   return absl::OkStatus();
 }
 
@@ -95,7 +119,7 @@ void ObserveCall::FreeRequest() {
   request_sizes_.pop_front();
 }
 
-absl::Status ObserveCall::ChargeAcknowledgements(int64_t bytes) {
+absl::Status ObserveCall::ChargeAnswer(int64_t bytes) {
   const MutexLock lock(&mutex_);
   HYPERMAP_RETURN_IF_ERROR(
       ticket_.ChargeMemory(Charged(unwritten_bytes_ + bytes) - Charged(unwritten_bytes_)));
@@ -103,7 +127,7 @@ absl::Status ObserveCall::ChargeAcknowledgements(int64_t bytes) {
   return absl::OkStatus();
 }
 
-void ObserveCall::FreeAcknowledgements(int64_t bytes) {
+void ObserveCall::FreeAnswer(int64_t bytes) {
   ticket_.FreeMemory(Charged(unwritten_bytes_) - Charged(unwritten_bytes_ - bytes));
   unwritten_bytes_ -= bytes;
 }
@@ -112,8 +136,8 @@ void ObserveCall::OnWriteDone(bool ok) {
   Change([&] {
     mutex_.AssertHeld();
     writing_ = false;
-    FreeAcknowledgements(written_bytes_);
-    written_bytes_ = 0;
+    written_.Clear();
+    FreeAnswer(std::exchange(written_bytes_, 0));
     if (!ok && status_.ok()) status_ = absl::CancelledError("the caller went away");
   });
 }
@@ -153,11 +177,14 @@ bool ObserveCall::GoOn() {
   }
   if (writing_) return false;
   if (has_next_ && status_.ok()) {
-    const grpc::Slice slice = Serialize(next_);
+    // Clear would keep the memory of the acknowledgements.
+    v1::ObserveResponse response;
+    response.Swap(&next_);
+    const grpc::Slice slice = Serialize(response);
     grpc::ByteBuffer(&slice, 1).Swap(&written_);
-    next_.Clear();
-    written_bytes_ = next_bytes_;
-    next_bytes_ = 0;
+    // Only the encoded form waits for the client.
+    written_bytes_ = std::min(next_bytes_, static_cast<int64_t>(slice.size()));
+    FreeAnswer(std::exchange(next_bytes_, 0) - written_bytes_);
     has_next_ = false;
     writing_ = true;
     StartWrite(&written_);
@@ -179,7 +206,10 @@ void ObserveCall::EndRequest(absl::Status status) {
 void ObserveCall::TakeRequest(const grpc::ByteBuffer& bytes) {
   auto request = std::make_shared<v1::ObserveRequest>();
   absl::Status status = CheckWanted(*context_);
-  if (status.ok()) status = ParseRequest(bytes, request.get());
+  if (status.ok()) status = ChargeRest(bytes);
+  if (status.ok()) {
+    status = UnlessMemoryFails([&] { return ParseRequest(bytes, request.get()); });
+  }
   if (status.ok() && session_ != nullptr && request->has_opening()) {
     status = absl::InvalidArgumentError("opening may come once, in the first request");
   }
@@ -194,7 +224,7 @@ void ObserveCall::Took(const v1::ObserveRequest& request, absl::Status status) {
   if (status.ok() && !request.observations().empty()) {
     Cancellation cancellation([this] { return CheckWanted(*context_); });
     const ScopedCancellation here(&cancellation);
-    status = ChargeAcknowledgements(BytesOfAcknowledgements(request));
+    status = ChargeAnswer(BytesOfAcknowledgements(request));
     if (status.ok()) status = Submit(request);
     if (!status.ok()) EndRequest(std::move(status));
   } else {
@@ -221,6 +251,7 @@ void ObserveCall::Open(std::shared_ptr<const v1::ObserveRequest> request) {
       StartFusion{layer_, {opening.strategy(), opening.parameters(), opening.exploration_layer()}},
       author_, ""};
   start.cancellation = std::make_shared<Cancellation>([this] { return CheckWanted(*context_); });
+  start.host = ticket_.host();
   session_->Run(std::move(start), [this, request = std::move(request)](
                                       const absl::StatusOr<storage::Receipt>& receipt) {
     if (!receipt.ok()) return Took(*request, receipt.status());
@@ -235,6 +266,27 @@ void ObserveCall::Open(std::shared_ptr<const v1::ObserveRequest> request) {
 absl::Status ObserveCall::TellOpened(const std::string& robot) {
   Cancellation cancellation([this] { return CheckWanted(*context_); });
   const ScopedCancellation here(&cancellation);
+  v1::ObserveOpened message;
+  int64_t bytes = 0;
+  {
+    // Until it is opened, the call neither reads nor writes: nothing else uses the ticket.
+    MemoryMeter meter(&ticket_);
+    HYPERMAP_ASSIGN_OR_RETURN(const OpenedLayer opened, ReadOpened(robot, &meter));
+    bytes = BytesOfOpened(opened);
+    HYPERMAP_RETURN_IF_ERROR(ChargeAnswer(bytes));
+    wire::EncodeOpened(opened, &message);
+  }
+  Change([&] {
+    mutex_.AssertHeld();
+    next_.mutable_opened()->Swap(&message);
+    next_bytes_ += bytes;
+    has_next_ = true;
+    opened_ = true;
+  });
+  return absl::OkStatus();
+}
+
+absl::StatusOr<OpenedLayer> ObserveCall::ReadOpened(const std::string& robot, MemoryMeter* meter) {
   OpenedLayer opened;
   absl::Status status = session_->InspectFusion(layer_, [&](FusedLayer& fused) -> absl::Status {
     const storage::FusionSettings& settings = fused.settings();
@@ -244,23 +296,20 @@ absl::Status ObserveCall::TellOpened(const std::string& robot) {
               {},
               session_->incarnation()};
     if (robot.empty()) return absl::OkStatus();
-    HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> known, fused.log().Sequences(robot));
-    opened.known = RangesOf(known);
+    const ScopedMeter here(meter);
+    HYPERMAP_ASSIGN_OR_RETURN(opened.known, fused.log().Sequences(robot));
     return absl::OkStatus();
   });
-  if (!status.ok()) return status;
-  Change([&] {
-    mutex_.AssertHeld();
-    wire::EncodeOpened(opened, next_.mutable_opened());
-    has_next_ = true;
-    opened_ = true;
-  });
-  return absl::OkStatus();
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return opened;
 }
 
 absl::Status ObserveCall::Submit(const v1::ObserveRequest& request) {
   std::vector<ObservationVerdict> invalid;
   ObservationSubmission submission{layer_, {}, author_};
+  submission.cancellation =
+      std::make_shared<Cancellation>([this] { return CheckWanted(*context_); });
+  submission.host = ticket_.host();
   for (const v1::Observation& message : request.observations()) {
     absl::StatusOr<Observation> observation =
         wire::DecodeObservation("", message, facilities_->limits);

@@ -16,6 +16,7 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/metering/memory_meter.h"
 #include "base/sync/mutex.h"
 #include "hypermap/v1/ingest_service.pb.h"
 #include "map/observations/observe_answers.h"
@@ -27,12 +28,12 @@
 namespace hypermap::server {
 
 // Reads requests while fewer than kMaxInFlight, of fewer than kMaxUnansweredBytes, are unanswered,
-// and while the acknowledgements that are not written yet take less than kMaxUnwrittenBytes.
-// Charges both to --max_request_bytes, which ends the call if there is no more. Decodes and submits
-// the requests one after the other on a worker, in the order of the stream. A response contains all
+// and while the answers that are not written yet take less than kMaxUnwrittenBytes. Charges both to
+// --max_request_bytes, which ends the call if there is no more. Decodes and submits the requests
+// one after the other on a worker, in the order of the stream. A response contains all
 // acknowledgements that are ready when the previous one was written. So a caller that sends faster
-// than the disk writes, or does not read its acknowledgements, delays nobody but itself. Deletes
-// itself in OnDone, which gRPC calls after Finish, when no operation is under way.
+// than the disk writes, or does not read its answers, delays nobody but itself. Deletes itself in
+// OnDone, which gRPC calls after Finish, when no operation is under way.
 class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
   // `facilities` must outlive this; the context lives until OnDone.
@@ -49,7 +50,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
  private:
   static constexpr int kMaxInFlight = 32;
   static constexpr int64_t kMaxUnansweredBytes = 4 << 20;
-  // Some 2,000 acknowledgements.
+  // 2,000 acknowledgements or more: the encoded ones take less.
   static constexpr int64_t kMaxUnwrittenBytes = 1 << 20;
 
   struct RequestSize {
@@ -65,6 +66,8 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   void Open(std::shared_ptr<const v1::ObserveRequest> request);
   // Tells the client what the layer has of the robot.
   absl::Status TellOpened(const std::string& robot);
+  // Reads the answer to the opening on the map's writer, which takes its memory from the meter.
+  absl::StatusOr<OpenedLayer> ReadOpened(const std::string& robot, MemoryMeter* meter);
   absl::Status Submit(const v1::ObserveRequest& request);
 
   // These run on the writer's thread or a worker. `bytes` are charged for the acknowledgements.
@@ -72,14 +75,16 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
               std::vector<ObservationVerdict> invalid, int64_t bytes);
   void EndRequest(absl::Status status);
 
-  // Charges the request that was read; the error ends the call.
+  // Charges the arrival of the request that was read; the error ends the call.
   absl::Status ChargeRequest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Charges the rest, before the request is parsed.
+  absl::Status ChargeRest(const grpc::ByteBuffer& bytes);
   // Gives back the charge of the oldest request.
   void FreeRequest() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Charges acknowledgements before their observations are submitted, until they are written; the
-  // error ends the call.
-  absl::Status ChargeAcknowledgements(int64_t bytes);
-  void FreeAcknowledgements(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Charges acknowledgements before their observations are submitted, and the answer to the opening
+  // before it is made, until they are written; the error ends the call.
+  absl::Status ChargeAnswer(int64_t bytes);
+  void FreeAnswer(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   // Changes the state under the lock, then starts the operations that the new state allows: a read,
   // a write, or the end of the call.
@@ -101,12 +106,12 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   grpc::ByteBuffer written_;  // source of the write under way
 
   Mutex mutex_;
-  v1::ObserveResponse next_ ABSL_GUARDED_BY(mutex_);  // acknowledgements for the next write
+  v1::ObserveResponse next_ ABSL_GUARDED_BY(mutex_);  // answers for the next write
   bool has_next_ ABSL_GUARDED_BY(mutex_) = false;
   int in_flight_ ABSL_GUARDED_BY(mutex_) = 0;  // number of requests that are not answered yet
   std::deque<RequestSize> request_sizes_ ABSL_GUARDED_BY(mutex_);  // of these
   int64_t unanswered_bytes_ ABSL_GUARDED_BY(mutex_) = 0;           // their sum
-  // Bytes of acknowledgements: all that are not written, and of these the ones in next_ and in
+  // Charged bytes of answers: all that are not written, and of these the ones in next_ and in
   // written_.
   int64_t unwritten_bytes_ ABSL_GUARDED_BY(mutex_) = 0;
   int64_t next_bytes_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -15,9 +15,9 @@
 
 namespace hypermap::server {
 
-// Turns the parts of an answer into messages: each part into one message, or several if its objects
-// are large. A layer without matches becomes one empty part; other empty parts are left out. If the
-// scope has no layers, one message contains only the revision and the incarnation.
+// Turns the parts of an answer (see EmptyPartFilter) into messages: each part into one message, or
+// several if its objects are large. If the scope has no layers, one message contains only the
+// revision and the incarnation.
 template <typename Response>
 class PartSource : public MessageSource<Response> {
  public:
@@ -37,16 +37,11 @@ class PartSource : public MessageSource<Response> {
       TellRevision(message);
       return Step::kMessage;
     }
-    if (!part_) TakePart();
-    if (part_->part.empty() && (layer_answered_ || !part_->last)) {
-      DropPart();
-      return Step::kNothingYet;
-    }
+    if (!part_ && !TakePart()) return Step::kNothingYet;
     TellRevision(message);
     next_object_ =
         wire::EncodeLayerPart(*part_, next_object_, max_chunk_bytes_, message->mutable_part());
-    layer_answered_ = true;
-    if (next_object_ == part_->part.objects.size()) DropPart();
+    if (next_object_ == part_->part.objects.size()) part_.reset();
     return Step::kMessage;
   }
 
@@ -61,15 +56,14 @@ class PartSource : public MessageSource<Response> {
     told_revision_ = true;
   }
 
-  void TakePart() {
-    part_ = reader_->Next(chunk_items_);
+  // Reads the next part. Returns whether it belongs to the answer.
+  bool TakePart() {
+    LayerAnswerPart part = reader_->Next(chunk_items_);
+    if (!filter_.Keeps(part)) return false;
+    items_ += static_cast<int64_t>(part.part.objects.size() + part.part.runs.size());
+    part_ = std::move(part);
     next_object_ = 0;
-    items_ += static_cast<int64_t>(part_->part.objects.size() + part_->part.runs.size());
-  }
-
-  void DropPart() {
-    if (part_->last) layer_answered_ = false;
-    part_.reset();
+    return true;
   }
 
   const std::unique_ptr<PartReader> reader_;
@@ -77,9 +71,9 @@ class PartSource : public MessageSource<Response> {
   const uint64_t incarnation_;
   const int chunk_items_;
   const int64_t max_chunk_bytes_;
-  std::optional<LayerPart> part_;  // the part that is being encoded
-  size_t next_object_ = 0;         // index in part_ of the first object that was not encoded yet
-  bool layer_answered_ = false;    // whether a message of part_'s layer was made
+  EmptyPartFilter filter_;
+  std::optional<LayerAnswerPart> part_;  // the part that is being encoded
+  size_t next_object_ = 0;  // index in part_ of the first object that was not encoded yet
   bool told_revision_ = false;
   int64_t items_ = 0;
 };

@@ -18,12 +18,12 @@ using Source = PartSource<v1::QueryAreaResponse>;
 // A reader of the given parts.
 class ListedParts : public PartReader {
  public:
-  explicit ListedParts(std::vector<LayerPart> parts) : parts_(std::move(parts)) {}
-  LayerPart Next(int) override { return parts_[next_++]; }
+  explicit ListedParts(std::vector<LayerAnswerPart> parts) : parts_(std::move(parts)) {}
+  LayerAnswerPart Next(int) override { return parts_[next_++]; }
   bool done() const override { return next_ == parts_.size(); }
 
  private:
-  const std::vector<LayerPart> parts_;
+  const std::vector<LayerAnswerPart> parts_;
   size_t next_ = 0;
 };
 
@@ -34,8 +34,8 @@ LayerPtr LayerNamed(const std::string& name) {
   return std::make_shared<SemanticLayer>(spec);
 }
 
-LayerPart PartOf(const LayerPtr& layer, int num_objects, bool last) {
-  LayerPart part;
+LayerAnswerPart PartOf(const LayerPtr& layer, int num_objects, bool last) {
+  LayerAnswerPart part;
   part.layer = layer;
   part.last = last;
   for (int i = 0; i < num_objects; ++i) {
@@ -48,7 +48,7 @@ LayerPart PartOf(const LayerPtr& layer, int num_objects, bool last) {
 }
 
 // The layer and the number of objects of each message that the parts become.
-std::vector<std::pair<std::string, int>> Sent(std::vector<LayerPart> parts,
+std::vector<std::pair<std::string, int>> Sent(std::vector<LayerAnswerPart> parts,
                                               int64_t max_chunk_bytes = 1 << 20) {
   Limits limits;
   limits.max_chunk_bytes = max_chunk_bytes;
@@ -94,7 +94,7 @@ TEST(PartSource, LargePartIsSeveralMessages) {
 }
 
 TEST(PartSource, RefusalIsOneMessage) {
-  LayerPart refusal = PartOf(LayerNamed("a"), 0, true);
+  LayerAnswerPart refusal = PartOf(LayerNamed("a"), 0, true);
   refusal.status = AnswerStatus::kNoTransform;
   EXPECT_EQ(Sent({refusal}), (Messages{{"a", 0}}));
 }

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
 #include "base/sync/handed_over.h"
 #include "server/rpc/asked_revision.h"
 #include "server/rpc/raw_messages.h"
@@ -18,6 +19,12 @@ namespace {
 
 // Larger batches are not begun on gRPC's thread.
 constexpr int kMaxInlinePoints = 4096;
+// The bytes of such a batch, with room for an opening. Larger messages are not even counted there.
+constexpr size_t kMaxInlineBytes = 80 << 10;
+// A message that costs more (CallTicket::CostOfRequest) is parsed on a worker. Points cost five
+// times their bytes, of which this leaves room for more than kMaxInlinePoints. Empty names cost
+// fifty times theirs: some 5,000, which are parsed in half a millisecond.
+constexpr int64_t kMaxInlineCost = 512 << 10;
 // The scope is in memory twice: in the call and in its PointsAsker.
 constexpr int64_t kCopiesOfScope = 2;
 // Fewest bytes of an object in an answer: three varints (point, id, label) and its existence.
@@ -168,21 +175,39 @@ std::optional<absl::Status> PointsCall::TakeBatch() {
   grpc::ByteBuffer bytes;
   bytes.Swap(&read_);
   StartRead(&read_);  // Allowed here: the call is not finished while a batch has an owner.
-  HYPERMAP_RETURN_IF_ERROR(Parse(bytes));
-  if (batch_.has_opening()) {
-    HYPERMAP_RETURN_IF_ERROR(Open());
-    if (as_of_.min_revision > 0) {
-      wait_.Start(*facilities_, map_, as_of_.min_revision, [this] {
-        WorkerPools& workers = *facilities_->workers;
-        AnswerOn(IsLong() ? &workers.long_questions : &workers.questions);
-      });
-      return std::nullopt;
-    }
+  ticket_.Received(bytes);
+  HYPERMAP_RETURN_IF_ERROR(CheckBatchSize(bytes, facilities_->limits));
+  const bool is_counted = bytes.Length() <= kMaxInlineBytes;
+  const int64_t cost =
+      is_counted ? CallTicket::CostOfRequest(batch_, bytes) : static_cast<int64_t>(bytes.Length());
+  HYPERMAP_RETURN_IF_ERROR(Charge(cost));
+  WorkerPool& long_questions = facilities_->workers->long_questions;
+  if (!is_counted || cost > kMaxInlineCost) {
+    long_questions.Run(log_.client(), [this, bytes] { TakeOnWorker(bytes); });
+    return std::nullopt;
   }
-  if (!opened_) return absl::InvalidArgumentError("the first message must carry the opening");
+  HYPERMAP_RETURN_IF_ERROR(UnlessMemoryFails([&] { return Parse(bytes); }));
+  if (WaitsForRevision()) return std::nullopt;
   if (!IsLong()) return AnswerAtOnce();
-  AnswerOn(&facilities_->workers->long_questions);
+  AnswerOn(&long_questions);
   return std::nullopt;
+}
+
+void PointsCall::TakeOnWorker(const grpc::ByteBuffer& bytes) {
+  absl::Status status = CheckWanted(*context_);
+  if (status.ok()) status = Charge(CallTicket::CostOfRequest(batch_, bytes));
+  if (status.ok()) status = UnlessMemoryFails([&] { return Parse(bytes); });
+  if (!status.ok()) return Go(EndBatch(status));
+  if (!WaitsForRevision()) AnswerHere();
+}
+
+bool PointsCall::WaitsForRevision() {
+  if (!batch_.has_opening() || as_of_.min_revision <= 0) return false;
+  wait_.Start(*facilities_, map_, as_of_.min_revision, [this] {
+    WorkerPools& workers = *facilities_->workers;
+    AnswerOn(IsLong() ? &workers.long_questions : &workers.questions);
+  });
+  return true;
 }
 
 bool PointsCall::IsLong() const {
@@ -195,7 +220,7 @@ std::optional<absl::Status> PointsCall::AnswerAtOnce() {
   absl::Status status;
   {
     const ScopedCancellation here(&cancellation);
-    status = AskPoints();
+    status = UnlessMemoryFails([&] { return AskPoints(); });
   }
   if (!cancellation.status().ok()) {
     AnswerOn(&facilities_->workers->long_questions);
@@ -206,18 +231,20 @@ std::optional<absl::Status> PointsCall::AnswerAtOnce() {
 }
 
 void PointsCall::AnswerOn(WorkerPool* workers) {
-  workers->Run(log_.client(), [this] {
-    Cancellation cancellation([this] { return CheckWanted(*context_); });
-    absl::Status status;
-    {
-      const ScopedCancellation here(&cancellation);
-      status = AskPoints();
-    }
-    // Work that was given up has no result.
-    if (!cancellation.status().ok()) status = cancellation.status();
-    if (!status.ok()) return Go(EndBatch(status));
-    if (const std::optional<absl::Status> answered = WriteAnswer()) Go(EndBatch(*answered));
-  });
+  workers->Run(log_.client(), [this] { AnswerHere(); });
+}
+
+void PointsCall::AnswerHere() {
+  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  absl::Status status;
+  {
+    const ScopedCancellation here(&cancellation);
+    status = UnlessMemoryFails([&] { return AskPoints(); });
+  }
+  // Work that was given up has no result.
+  if (!cancellation.status().ok()) status = cancellation.status();
+  if (!status.ok()) return Go(EndBatch(status));
+  if (const std::optional<absl::Status> answered = WriteAnswer()) Go(EndBatch(*answered));
 }
 
 std::optional<absl::Status> PointsCall::WriteAnswer() {
@@ -232,13 +259,18 @@ std::optional<absl::Status> PointsCall::WriteAnswer() {
   return std::nullopt;
 }
 
-absl::Status PointsCall::Parse(const grpc::ByteBuffer& bytes) {
-  ticket_.Received(bytes);
-  HYPERMAP_RETURN_IF_ERROR(CheckBatchSize(bytes, facilities_->limits));
-  const int64_t cost = CallTicket::CostOfRequest(batch_, bytes);
+absl::Status PointsCall::Charge(int64_t cost) {
+  ticket_.FreeMemory(std::exchange(batch_cost_, 0));
   HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
   batch_cost_ = cost;
-  return ParseRequest(bytes, &batch_);
+  return absl::OkStatus();
+}
+
+absl::Status PointsCall::Parse(const grpc::ByteBuffer& bytes) {
+  HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes, &batch_));
+  if (batch_.has_opening()) return Open();
+  if (opened_) return absl::OkStatus();
+  return absl::InvalidArgumentError("the first message must carry the opening");
 }
 
 absl::Status PointsCall::Open() {
@@ -247,6 +279,7 @@ absl::Status PointsCall::Open() {
   }
   const v1::QueryPointsOpening& opening = batch_.opening();
   HYPERMAP_ASSIGN_OR_RETURN(AsOf as_of, wire::DecodeAsOf(opening.as_of()));
+  HYPERMAP_RETURN_IF_ERROR(wire::CheckScope(opening.scope(), facilities_->limits));
   // Kept until the call ends.
   const auto bytes = static_cast<int64_t>(opening.scope().SpaceUsedLong());
   if (bytes > CallTicket::kFreeBytes) {
@@ -255,7 +288,7 @@ absl::Status PointsCall::Open() {
   map_.set_map(opening.scope().map());
   map_.set_incarnation(opening.scope().incarnation());
   log_.set_map(map_.map());
-  scope_ = wire::DecodeScope(opening.scope());
+  HYPERMAP_ASSIGN_OR_RETURN(scope_, wire::DecodeScope(opening.scope(), facilities_->limits));
   tolerance_m_ = opening.tolerance_m();
   as_of_ = as_of;
   opened_ = true;
@@ -273,7 +306,7 @@ absl::Status PointsCall::AskPoints() {
   absl::StatusOr<absl::Span<const LayerPointsContent>> contents =
       asker_->ContentAtEach(points_, max_hits);
   if (!contents.ok()) {
-    // What was found until then may be large.
+    // Frees the contents that were found until then, which may be large.
     asker_.reset();
     return contents.status();
   }

@@ -52,8 +52,8 @@ class OpenPointsCalls {
 // Answers one batch after another, and reads one batch ahead. So a caller that does not read its
 // answers delays only itself, and costs the memory of two batches and an answer. The memory of a
 // batch is charged before it is parsed, until it is answered. Small batches of the newest revision
-// are answered on gRPC's threads, others on a worker. Deletes itself in OnDone, which gRPC calls
-// after Finish, when no operation is under way.
+// are parsed and answered on gRPC's threads, others on a worker. Deletes itself in OnDone, which
+// gRPC calls after Finish, when no operation is under way.
 class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
  public:
   // `facilities` and `calls` must outlive this; the context lives until OnDone.
@@ -81,15 +81,25 @@ class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   // nullopt if they gave it to another owner: a write, a worker or a wait. Then this may be deleted
   // already.
   std::optional<absl::Status> TakeBatch();
+  // Parses a batch that is charged, and answers it, on this worker.
+  void TakeOnWorker(const grpc::ByteBuffer& bytes);
+  // Leaves the batch to the wait for the revision that the opening needs, if it needs one.
+  bool WaitsForRevision();
   // Whether the batch is left to a worker at once: it is large, may have much in its reach, or asks
   // the past, which is read from the disk.
   bool IsLong() const;
   // Leaves a batch that takes long to a worker.
   std::optional<absl::Status> AnswerAtOnce();
   void AnswerOn(WorkerPool* workers);
+  // Answers on this worker.
+  void AnswerHere();
   std::optional<absl::Status> WriteAnswer();
   Step EndBatch(const absl::Status& status);
 
+  // Charges the batch before it is parsed, or changes its charge, to `cost`. After an error nothing
+  // is charged for it.
+  absl::Status Charge(int64_t cost);
+  // Fills the batch, and opens the stream if it says so.
   absl::Status Parse(const grpc::ByteBuffer& bytes);
   absl::Status Open();
   // Fills the response.

@@ -44,6 +44,13 @@ v1::QueryPointsRequest Batch(absl::Span<const Point> points) {
   return request;
 }
 
+// Adds a field that the server does not know, so that the request is too large for gRPC's thread.
+v1::QueryPointsRequest Padded(v1::QueryPointsRequest request) {
+  request.GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(
+      15, std::string(100'000, 'x'));
+  return request;
+}
+
 // A client's side of a stream.
 class Stream {
  public:
@@ -192,6 +199,41 @@ TEST_F(PointsCallTest, LargeBatchesAreAnsweredLikeSmallOnes) {
   for (int i = 0; i < cups.points_size(); ++i) ASSERT_EQ(cups.points(i), 7u * i);
 }
 
+TEST_F(PointsCallTest, LargeMessagesAreTakenInTheOrderOfTheStream) {
+  const std::vector<std::string> many_names(1000, "cups");
+  for (const Scope& scope : {Scope{{"cups"}, ""}, Scope{many_names, ""}}) {
+    Stream stream(server_);
+    ASSERT_TRUE(stream.Write(Padded(Opening("site", scope))));
+    for (int i = 0; i < 8; ++i) {
+      const v1::QueryPointsRequest batch = Batch({{2.0 * i, 0.5}});
+      ASSERT_TRUE(stream.Write(i % 2 == 0 ? batch : Padded(batch)));
+    }
+    for (int i = 0; i < 8; ++i) {
+      v1::QueryPointsResponse response;
+      ASSERT_TRUE(stream.Read(&response));
+      ASSERT_EQ(response.layers_size(), 1);
+      EXPECT_THAT(response.layers(0).object_ids(), ElementsAre(i + 1));
+    }
+    stream.WritesDone();
+    EXPECT_TRUE(stream.Finish().ok());
+  }
+  EXPECT_EQ(Error({Padded(Batch({{1, 2}}))}).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_EQ(Error({Padded(Opening("site")), Padded(Opening("site"))}).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST_F(PointsCallTest, ALargeOpeningWaitsForTheRevisionItNeeds) {
+  Stream stream(server_);
+  v1::QueryPointsRequest first = Opening("site", {{"cups"}, ""}, {.min_revision = 2});
+  first.MergeFrom(Batch({{30.5, 0.5}}));
+  ASSERT_TRUE(stream.Write(Padded(first)));
+  Edit(Cup(30));
+  v1::QueryPointsResponse response;
+  ASSERT_TRUE(stream.Read(&response));
+  EXPECT_EQ(response.revision(), 2);
+  EXPECT_THAT(response.layers(0).object_ids(), ElementsAre(11));
+}
+
 TEST_F(PointsCallTest, WrongStreamsGetAnErrorThatNamesWhatIsWrong) {
   const v1::QueryPointsRequest batch = Batch({{1, 2}});
   v1::QueryPointsRequest nan = Batch({{1, 2}, {1, std::nan("")}});
@@ -213,6 +255,12 @@ TEST_F(PointsCallTest, WrongStreamsGetAnErrorThatNamesWhatIsWrong) {
       {{Opening("attic")}, grpc::StatusCode::NOT_FOUND, "attic"},
       {{Opening("site", {{"floor"}, ""})}, grpc::StatusCode::NOT_FOUND, "floor"},
       {{Opening("site", {{}, "moon"})}, grpc::StatusCode::NOT_FOUND, "moon"},
+      {{Opening("site", {std::vector<std::string>(1001, "cups"), ""})},
+       grpc::StatusCode::RESOURCE_EXHAUSTED,
+       "scope.layers has 1001 entries, and --max_layers is 1000"},
+      {{Opening("site", {std::vector<std::string>(200'000, ""), ""})},
+       grpc::StatusCode::RESOURCE_EXHAUSTED,
+       "--max_layers"},
       {{negative}, grpc::StatusCode::INVALID_ARGUMENT, "min_revision is negative"},
       {{Opening("site"), nan}, grpc::StatusCode::INVALID_ARGUMENT, "ys[1] is not finite"},
       {{Opening("site"), lengths}, grpc::StatusCode::INVALID_ARGUMENT, "ys has 1 entries"},
@@ -315,7 +363,8 @@ TEST_F(PointsCallTest, CancelledStreamsEndAtAnyPoint) {
   for (int i = 0; i < 60; ++i) {
     Stream stream(server_);
     const bool waits = rng() % 4 == 0;
-    if (rng() % 8 != 0) stream.Write(Opening("site", {}, {.min_revision = waits ? 99 : 0}));
+    const v1::QueryPointsRequest opening = Opening("site", {}, {.min_revision = waits ? 99 : 0});
+    if (rng() % 8 != 0) stream.Write(rng() % 2 ? opening : Padded(opening));
     const int num_batches = static_cast<int>(rng() % 4);
     for (int j = 0; j < num_batches; ++j) {
       stream.Write(Batch(std::vector<Point>(rng() % 2 ? 10 : 6000, {0.5, 0.5})));

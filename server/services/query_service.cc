@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
 #include "map/layers/layer_registry.h"
 #include "map/values/value_query.h"
 #include "server/rpc/revision_wait.h"
@@ -86,21 +87,21 @@ template <typename Call>
 grpc::ServerUnaryReactor* QueryService::AnswerLater(const std::shared_ptr<Call>& call,
                                                     WorkerPool* workers,
                                                     Answer<Call> answer) const {
-  grpc::ServerUnaryReactor* const reactor = call->reactor();
-  if (!call->admitted().ok()) {
-    call->Finish(call->admitted());
-    return reactor;
-  }
-  const auto& request = call->request();
-  call->StartWait().Start(
-      facilities_, request.scope(), request.as_of().min_revision(), [this, call, workers, answer] {
-        AnswerOn(workers, call, [this, call, answer]() -> absl::StatusOr<int64_t> {
-          HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> items,
-                                    (this->*answer)(*call, std::numeric_limits<int64_t>::max()));
-          return items.value_or(0);
-        });
-      });
-  return reactor;
+  RevisionWait& wait = call->StartWait();
+  const auto start = [this, call, workers, answer, &wait] {
+    const auto& request = call->request();
+    wait.Start(facilities_, request.scope(), request.as_of().min_revision(),
+               [this, call, workers, answer] {
+                 AnswerOn(workers, call, [this, call, answer]() -> absl::StatusOr<int64_t> {
+                   HYPERMAP_ASSIGN_OR_RETURN(
+                       const std::optional<int64_t> items,
+                       (this->*answer)(*call, std::numeric_limits<int64_t>::max()));
+                   return items.value_or(0);
+                 });
+               });
+    return absl::OkStatus();
+  };
+  return call->is_parsed() ? StartAtOnce(call, start) : StartOn(workers, call, start);
 }
 
 template <typename Call>
@@ -115,7 +116,7 @@ grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(const std::shared_ptr<Call>
   absl::StatusOr<std::optional<int64_t>> items;
   {
     const ScopedCancellation here(&turn);
-    items = (this->*answer)(*call, kShortAnswerBytes);
+    items = UnlessMemoryFails([&] { return (this->*answer)(*call, kShortAnswerBytes); });
   }
   const bool is_long = !turn.status().ok() || (items.ok() && !items->has_value());
   if (is_long) {
@@ -129,16 +130,15 @@ grpc::ServerUnaryReactor* QueryService::AnswerAtOnce(const std::shared_ptr<Call>
 template <typename Request, typename Response>
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
     StreamedAnswer<Request, Response>* answer) const {
-  const Request& request = answer->request();
-  if (AsksNewest(request) && IsSmall(request.area())) {
-    answer->BeginAtOnce();
-  } else {
+  answer->WhenParsed([this, answer] {
+    const Request& request = answer->request();
+    if (AsksNewest(request) && IsSmall(request.area())) return answer->BeginAtOnce();
     answer->BeginAfter(
         [this, &request](RevisionWait& wait, auto done) {
           wait.Start(facilities_, request.scope(), request.as_of().min_revision(), std::move(done));
         },
         AsksPast(request) || NumVertices(request.area()) > kFewVertices);
-  }
+  });
   return answer;
 }
 
@@ -149,7 +149,7 @@ grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* 
       facilities_.budgets, context, "QueryPoint", {request, response});
   const v1::QueryPointRequest& asked = call->request();
   const auto answer = &QueryService::AnswerPoint;
-  if (AsksPast(asked) || !(asked.tolerance_m() <= kSmallTolerance_m)) {
+  if (!call->is_parsed() || AsksPast(asked) || !(asked.tolerance_m() <= kSmallTolerance_m)) {
     return AnswerLater(call, &facilities_.workers->long_questions, answer);
   }
   if (AsksNewest(asked)) return AnswerAtOnce(call, answer);
@@ -163,19 +163,19 @@ absl::StatusOr<std::optional<int64_t>> QueryService::AnswerPoint(PointCall& call
   HYPERMAP_ASSIGN_OR_RETURN(const AskedRevision asked, Pin(request));
   if (!request.has_point()) return absl::InvalidArgumentError("point is missing");
   HYPERMAP_ASSIGN_OR_RETURN(const Point point, wire::DecodePoint("point", request.point()));
-  const Scope scope = wire::DecodeScope(request.scope());
+  HYPERMAP_ASSIGN_OR_RETURN(const Scope scope,
+                            wire::DecodeScope(request.scope(), facilities_.limits));
   HYPERMAP_ASSIGN_OR_RETURN(const SnapshotPtr snapshot,
                             asked.ForPoint(scope, point, request.tolerance_m()));
-  HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, asked.ResolveFrame(scope.frame_id));
   absl::Status room;
-  HYPERMAP_RETURN_IF_ERROR(VisitContentAt(
-      *snapshot, scope, point, request.tolerance_m(),
-      [&](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
-          const PointContent& content) {
-        if (room.ok()) room = ReserveObjects(call, content.objects);
-        if (!room.ok() || call.answer_bytes() > max_bytes) return;
-        wire::EncodeLayerContent(*layer, caller_from_layer, content, response->add_layers());
-      }));
+  const auto tell = [&](const LayerPtr& layer, const PlanarTransform& caller_from_layer,
+                        const PointContent& content) {
+    if (room.ok()) room = ReserveObjects(call, content.objects);
+    if (!room.ok() || call.answer_bytes() > max_bytes) return;
+    wire::EncodeLayerContent(*layer, caller_from_layer, content, response->add_layers());
+  };
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string frame,
+                            VisitContentAt(*snapshot, scope, point, request.tolerance_m(), tell));
   HYPERMAP_RETURN_IF_ERROR(room);
   if (call.answer_bytes() > max_bytes) return std::nullopt;
 
@@ -203,7 +203,8 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
   HYPERMAP_ASSIGN_OR_RETURN(Polygon decoded,
                             wire::DecodeQuestionArea("area", request.area(), facilities_.limits));
   std::optional<Polygon> area(std::move(decoded));
-  const Scope scope = wire::DecodeScope(request.scope());
+  HYPERMAP_ASSIGN_OR_RETURN(const Scope scope,
+                            wire::DecodeScope(request.scope(), facilities_.limits));
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<PartReader> reader,
                             ContentIn(std::move(snapshot), scope, *std::move(area)));
@@ -230,7 +231,8 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryValueResponse>>> QueryServ
                               wire::DecodeQuestionArea("area", request.area(), facilities_.limits));
     area = std::move(decoded);
   }
-  const Scope scope = wire::DecodeScope(request.scope());
+  HYPERMAP_ASSIGN_OR_RETURN(const Scope scope,
+                            wire::DecodeScope(request.scope(), facilities_.limits));
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForArea(scope, area));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<PartReader> reader,
                             Search(std::move(snapshot), scope, std::move(value), std::move(area)));
@@ -245,7 +247,8 @@ grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext
       facilities_.budgets, context, "QueryNearest", {request, response});
   const auto answer = &QueryService::AnswerNearest;
   const v1::QueryNearestRequest& asked = call->request();
-  if (AsksPast(asked) || asked.k() > kFewNeighbours || !AsksObjectsOnly(asked)) {
+  if (!call->is_parsed() || AsksPast(asked) || asked.k() > kFewNeighbours ||
+      !AsksObjectsOnly(asked)) {
     return AnswerLater(call, &facilities_.workers->long_questions, answer);
   }
   if (AsksNewest(asked)) return AnswerAtOnce(call, answer);
@@ -279,8 +282,9 @@ absl::StatusOr<std::optional<int64_t>> QueryService::AnswerNearest(NearestCall& 
     return absl::ResourceExhaustedError(
         absl::StrCat("k is ", request.k(), ", --max_nearest is ", facilities_.limits.max_nearest));
   }
-  const Scope scope = wire::DecodeScope(request.scope());
-  HYPERMAP_ASSIGN_OR_RETURN(const NearestAnswer answer,
+  HYPERMAP_ASSIGN_OR_RETURN(const Scope scope,
+                            wire::DecodeScope(request.scope(), facilities_.limits));
+  HYPERMAP_ASSIGN_OR_RETURN(const NearestNeighbours answer,
                             asked.Nearest(scope, point, value, request.k()));
   HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, asked.ResolveFrame(scope.frame_id));
 
@@ -288,7 +292,7 @@ absl::StatusOr<std::optional<int64_t>> QueryService::AnswerNearest(NearestCall& 
   response->set_revision(asked.revision());
   response->set_incarnation(asked.incarnation());
   response->set_frame_id(frame);
-  for (const NearestAnswer::Entry& entry : answer.entries) {
+  for (const NearestNeighbours::Entry& entry : answer.entries) {
     if (entry.neighbour.object) {
       HYPERMAP_RETURN_IF_ERROR(ReserveObjects(call, {entry.neighbour.object}));
     }

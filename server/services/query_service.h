@@ -66,7 +66,8 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
   template <typename Call>
   using Answer = absl::StatusOr<std::optional<int64_t>> (QueryService::*)(Call&, int64_t) const;
 
-  // Answers on a worker of the pool, once the map has the revision that the request waits for.
+  // Answers on a worker of the pool, once the map has the revision that the request waits for. A
+  // request that is not parsed yet is parsed in the pool, too.
   template <typename Call>
   grpc::ServerUnaryReactor* AnswerLater(const std::shared_ptr<Call>& call, WorkerPool* workers,
                                         Answer<Call> answer) const;
@@ -77,8 +78,8 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
   grpc::ServerUnaryReactor* AnswerAtOnce(const std::shared_ptr<Call>& call,
                                          Answer<Call> answer) const;
 
-  // Begins a streamed answer: at once if it is likely to be short, otherwise on a worker, once the
-  // map has the revision that the request waits for.
+  // Begins a streamed answer when its request is parsed: at once if it is likely to be short,
+  // otherwise on a worker, once the map has the revision that the request waits for.
   template <typename Request, typename Response>
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Begin(
       StreamedAnswer<Request, Response>* answer) const;

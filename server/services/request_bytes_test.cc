@@ -5,6 +5,8 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
+#include <future>
+#include <list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -17,6 +19,7 @@
 #include "hypermap/v1/ingest_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
+#include "server/services/testing/held_pool.h"
 #include "server/services/testing/test_server.h"
 #include "tests/support/eventually.h"
 
@@ -130,6 +133,39 @@ TEST_F(RequestBytesTest, LargeMessagesAreChargedUntilTheyAreAnswered) {
         << rpc << " " << status.error_message();
   }
   EXPECT_TRUE(testing::Eventually([this] { return used() == 0; })) << used();
+}
+
+TEST_F(RequestBytesTest, LargeMessagesAreCountedAndParsedByWorkers) {
+  v1::ListMapsRequest request;
+  request.GetReflection()->MutableUnknownFields(&request)->AddLengthDelimited(
+      15, std::string(100'000, 'x'));
+  const std::string bytes = request.SerializeAsString();
+  v1::QueryPointRequest small;
+  small.mutable_scope()->set_map("site");
+  small.mutable_point();
+  WorkerPools& workers = server_.workers();
+  for (const std::string& rpc : AllRpcs()) {
+    SCOPED_TRACE(rpc);
+    std::list<HeldPool> held;
+    for (WorkerPool* pool : {&workers.questions, &workers.long_questions, &workers.watches,
+                             &workers.writes, &workers.long_writes, &workers.openings,
+                             &workers.files, &workers.uploads, &workers.explorations}) {
+      held.emplace_back(*pool);
+    }
+    std::future<grpc::Status> status =
+        std::async(std::launch::async, [&] { return StatusOf(rpc, {bytes}); });
+    // A message that was counted would hold more.
+    EXPECT_TRUE(testing::Eventually([&] { return used() > 0; }));
+    EXPECT_EQ(used(), static_cast<int64_t>(bytes.size()));
+    // gRPC's threads answer others meanwhile.
+    v1::QueryPointResponse response;
+    grpc::ClientContext context;
+    EXPECT_TRUE(server_.query->QueryPoint(&context, small, &response).ok());
+    held.clear();
+    const grpc::Status ended = status.get();
+    EXPECT_NE(ended.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED) << ended.error_message();
+    EXPECT_TRUE(testing::Eventually([this] { return used() == 0; })) << used();
+  }
 }
 
 // A stream whose first message the server keeps.

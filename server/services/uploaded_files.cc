@@ -64,6 +64,12 @@ absl::Status UploadedFiles::Open(const std::string& file_name) {
   return absl::OkStatus();
 }
 
+void UploadedFiles::Remove() {
+  last_.close();
+  files_.clear();
+  charge_.GiveBack();
+}
+
 absl::StatusOr<std::vector<storage::NamedFile>> UploadedFiles::Read() {
   last_.close();
   std::vector<storage::NamedFile> read;

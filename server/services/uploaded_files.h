@@ -19,7 +19,7 @@
 namespace hypermap::server {
 
 // Keeps the pieces in scratch files, so that uploads that have stopped or wait for a worker take no
-// memory. The files are removed with this object.
+// memory. Files that are left are removed with this object.
 class UploadedFiles {
  public:
   // `client` is charged for the bytes on disk. `facilities` must outlive this.
@@ -35,6 +35,9 @@ class UploadedFiles {
 
   // Reads all files into memory. UNAVAILABLE if one can't be read back.
   absl::StatusOr<std::vector<storage::NamedFile>> Read();
+
+  // Removes all files from the disk, which may take long for large ones.
+  void Remove();
 
  private:
   struct File {

@@ -49,6 +49,15 @@ TEST_F(UploadedFilesTest, PiecesAreReadBackAsFilesAndRemovedAtTheEnd) {
   EXPECT_EQ(budgets_.scratch_bytes.used(), 0);
 }
 
+TEST_F(UploadedFilesTest, RemovedFilesTakeNoRoom) {
+  UploadedFiles files(facilities_, "ipv4:10.0.0.1:5");
+  ASSERT_TRUE(files.Append("map.yaml", "image: ").ok());
+  ASSERT_TRUE(files.Append("map.png", "x").ok());
+  files.Remove();
+  EXPECT_THAT(folder_.Names(), IsEmpty());
+  EXPECT_EQ(budgets_.scratch_bytes.used(), 0);
+}
+
 TEST_F(UploadedFilesTest, B6UploadsTogetherStayBelowTheBudgetForScratchFiles) {
   UploadedFiles first(facilities_, "ipv4:10.0.0.1:5");
   UploadedFiles second(facilities_, "ipv4:10.0.0.1:6");

@@ -42,18 +42,22 @@ void ChangeFeed::AddBytes(int64_t bytes) {
 
 void ChangeFeed::Append(std::vector<FeedCommit> commits) {
   if (commits.empty()) return;
+  MutexLock lock(&mutex_);
+  for (FeedCommit& commit : commits) {
+    newest_ = commit.revision;
+    commit.structure = StructureAfter(newest_structure_, commit.revision, *commit.changes);
+    sizes_.push_back(ByteSize(commit, newest_structure_));
+    AddBytes(sizes_.back());
+    newest_structure_ = commit.structure;
+    commits_.push_back(std::move(commit));
+  }
+  Trim();
+}
+
+void ChangeFeed::Wake() {
   std::vector<Callback> due;
   {
     MutexLock lock(&mutex_);
-    for (FeedCommit& commit : commits) {
-      newest_ = commit.revision;
-      commit.structure = StructureAfter(newest_structure_, commit.revision, *commit.changes);
-      sizes_.push_back(ByteSize(commit, newest_structure_));
-      AddBytes(sizes_.back());
-      newest_structure_ = commit.structure;
-      commits_.push_back(std::move(commit));
-    }
-    Trim();
     due = TakeDue();
   }
   for (Callback& callback : due) std::move(callback)();

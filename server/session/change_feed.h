@@ -42,7 +42,7 @@ class ChangeFeed {
     // Bound of memory in bytes: of the changes, with the content before and after them, and of what
     // the structure of each commit does not share with that of the commit before.
     int64_t max_bytes = int64_t{64} << 20;
-    // What this feed takes together with others.
+    // Counts the memory of this feed together with that of others.
     std::shared_ptr<FeedMemory> of_all = std::make_shared<FeedMemory>();
   };
 
@@ -53,9 +53,13 @@ class ChangeFeed {
   ChangeFeed(const ChangeFeed&) = delete;
   ChangeFeed& operator=(const ChangeFeed&) = delete;
 
-  // Adds the commits that follow the newest one, and fills in their structures. Calls the callbacks
-  // that wait for them. REQUIRES: revisions are consecutive.
+  // Adds the commits that follow the newest one, and fills in their structures. Calls no callback:
+  // Wake must follow. REQUIRES: revisions are consecutive.
   void Append(std::vector<FeedCommit> commits);
+  // Calls the callbacks that wait for commits which were appended. A step of its own, because there
+  // may be thousands of callbacks, which the answers to the authors of the commits need not wait
+  // for.
+  void Wake();
 
   Revision newest() const;
   // Bytes that the kept commits take, at most max_bytes.
@@ -73,7 +77,7 @@ class ChangeFeed {
   using Callback = absl::AnyInvocable<void() &&>;
   using WaitId = int64_t;
   // Calls `callback` once, as soon as there is a revision after `after` or the feed is closed: at
-  // once, or later on the thread that appends the commit or closes the feed.
+  // once, or later on the thread that calls Wake or closes the feed.
   WaitId Await(Revision after, Callback callback);
   // Drops a callback that was not called yet. A call may already be under way on another thread.
   void Remove(WaitId id);

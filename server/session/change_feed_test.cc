@@ -232,11 +232,17 @@ TEST(ChangeFeedTest, WakesOnceWhoWaitsForARevision) {
   feed.Await(10, [&] { ++woken; });
   feed.Remove(feed.Await(10, [&] { ++removed_woken; }));
   feed.Await(11, [&] { ++later_woken; });
+  feed.Wake();
   EXPECT_EQ(woken, 0);
   feed.Append(One(PutsAt(11, 1)));
+  // The commit can be read before those who wait for it are called.
+  EXPECT_EQ(feed.newest(), 11);
+  EXPECT_EQ(woken, 0);
+  feed.Wake();
   EXPECT_EQ(woken, 1);
   EXPECT_EQ(later_woken, 0);
   feed.Append(One(PutsAt(12, 1)));
+  feed.Wake();
   EXPECT_EQ(woken, 1);
   EXPECT_EQ(later_woken, 1);
   EXPECT_EQ(removed_woken, 0);
@@ -252,8 +258,10 @@ TEST(ChangeFeedTest, CallbackMayUseTheFeed) {
     seen.push_back(feed.newest());
     feed.Await(feed.newest(), [&] { seen.push_back(feed.newest()); });
   });
-  feed.Append(One(PutsAt(11, 1)));
-  feed.Append(One(PutsAt(12, 1)));
+  for (const Revision revision : {11, 12}) {
+    feed.Append(One(PutsAt(revision, 1)));
+    feed.Wake();
+  }
   EXPECT_THAT(seen, ElementsAre(11, 12));
 }
 
@@ -275,6 +283,7 @@ TEST(ChangeFeedTest, ReaderOnAnotherThreadMissesNothing) {
   std::thread writer([&] {
     for (Revision revision = 11; revision <= kLast; ++revision) {
       feed.Append(One(PutsAt(revision, 1)));
+      feed.Wake();
     }
   });
   Revision taken = 10;

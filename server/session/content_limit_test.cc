@@ -105,7 +105,7 @@ class ContentLimitTest : public ::testing::Test {
     EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
     EXPECT_THAT(std::string(status.message()), HasSubstr("--max_content_bytes"));
   }
-  // What is counted is what the maps take, with the evidence of their fused layers.
+  // Expects that the bytes of the maps and of the evidence of their fused layers are counted.
   void ExpectCounted(const std::vector<const MapSession*>& sessions, int64_t evidence = 0) const {
     int64_t bytes = evidence;
     for (const MapSession* session : sessions) bytes += ContentBytes(*session->snapshot());
@@ -268,12 +268,12 @@ TEST_F(ContentLimitTest, RebuildBeyondTheLimitLeavesTheFusedLayerAsItWas) {
   session = Open("site", disk_);
   const SnapshotPtr before = session->snapshot();
   const Answer rebuilt = session->RunAndWait({RebuildFusion{"things", "", ""}, "test", ""});
-  // What the rebuild shows is what is shown already.
+  // The rebuild shows the same objects as before.
   EXPECT_TRUE(rebuilt.ok()) << rebuilt.status();
   EXPECT_EQ(session->snapshot()->FindSemantic("things")->Size(),
             before->FindSemantic("things")->Size());
   ExpectRefused(Observe(*session, {See(1, {"cup", "chair", "sofa"})}).status());
-  // What an operator removes is told to the fused layer.
+  // The fused layer is told of objects that an operator removes.
   EXPECT_TRUE(Edit(*session, {{DeleteObject{"things", 2}}}).ok());
   ExpectCounted({session.get()});
 }

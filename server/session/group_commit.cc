@@ -4,10 +4,12 @@
 #include <memory>
 #include <utility>
 
-#include "absl/strings/str_join.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
 #include "map/content_bytes.h"
 #include "map/edits/batch_cells.h"
 #include "map/edits/batch_layers.h"
@@ -41,6 +43,26 @@ bool OnlyRemoves(const EditBatch& batch) {
   });
 }
 
+// The author of a revision of several authors. It stands in each answer that tells of the revision,
+// and so names no more of them than these limits allow.
+std::string JoinAuthors(const std::set<std::string>& authors) {
+  constexpr size_t kMaxNames = 10;
+  constexpr size_t kMaxBytes = 512;
+  std::string joined;
+  size_t num_names = 0;
+  for (const std::string& author : authors) {
+    const absl::string_view separator = num_names == 0 ? "" : ", ";
+    const size_t bytes = joined.size() + separator.size() + author.size();
+    if (num_names == kMaxNames || (num_names > 0 && bytes > kMaxBytes)) {
+      absl::StrAppend(&joined, ", and ", authors.size() - num_names, " more");
+      break;
+    }
+    absl::StrAppend(&joined, separator, author);
+    ++num_names;
+  }
+  return joined;
+}
+
 }  // namespace
 
 GroupCommit::GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base,
@@ -71,12 +93,28 @@ absl::Status GroupCommit::Grow(int64_t bytes, bool may_be_refused) {
 
 void GroupCommit::CountContent() { content_->Add(growth_ - std::exchange(taken_, growth_)); }
 
+template <typename Work>
+std::invoke_result_t<Work> GroupCommit::Fuse(const Work& work) {
+  bool has_ended = false;
+  std::invoke_result_t<Work> result = UnlessMemoryFails([&] {
+    std::invoke_result_t<Work> done = work();
+    has_ended = true;
+    return done;
+  });
+  // Nobody knows how far the layers have changed.
+  if (!has_ended) fusion_->Break(result.status());
+  return result;
+}
+
 absl::StatusOr<GroupCommit::Step> GroupCommit::Edit(const EditBatch& batch) {
   HYPERMAP_RETURN_IF_ERROR(CheckLayers(*tip_, batch, limits_.max_layers));
-  HYPERMAP_ASSIGN_OR_RETURN(AppliedBatch applied, Apply(*tip_, batch, limits_, Room()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      AppliedBatch applied,
+      UnlessMemoryFails([&] { return Apply(*tip_, batch, limits_, Room()); }));
   const int64_t growth = ContentGrowth(*tip_, *applied.snapshot);
   HYPERMAP_RETURN_IF_ERROR(Grow(growth, /*may_be_refused=*/!OnlyRemoves(batch)));
-  absl::StatusOr<FusionReaction> reaction = fusion_->React(*tip_, batch, applied);
+  absl::StatusOr<FusionReaction> reaction =
+      Fuse([&] { return fusion_->React(*tip_, batch, applied); });
   if (reaction.ok() && reaction->parts.empty()) return Step{std::move(applied), {}};
   GiveUp(growth);
   if (!reaction.ok()) return reaction.status();
@@ -95,7 +133,8 @@ absl::StatusOr<GroupCommit::Step> GroupCommit::CarryOut(EditBatch batch, FusionR
     // The evidence changed no object, but it has to be stored, and every commit is a revision.
     step.applied = SnapshotEditor(*tip_, tip_->revision + 1).Finish();
   } else {
-    absl::StatusOr<AppliedBatch> applied = ApplyExtended(*tip_, batch, limits_);
+    absl::StatusOr<AppliedBatch> applied =
+        UnlessMemoryFails([&] { return ApplyExtended(*tip_, batch, limits_); });
     if (!applied.ok()) {
       fusion_->GiveUp(applied.status());
       return applied.status();
@@ -131,7 +170,8 @@ void GroupCommit::Add(FusionSubmission submission, absl::Time time, ReceiptCallb
       {submission.author, submission.request_id, submission.request_digest,
        submission.cancellation},
       time, std::move(done), [&]() -> absl::StatusOr<Step> {
-        HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction, fusion_->Run(*tip_, submission.command));
+        HYPERMAP_ASSIGN_OR_RETURN(FusionReaction reaction,
+                                  Fuse([&] { return fusion_->Run(*tip_, submission.command); }));
         // A rebuild works on a copy of the layer.
         const bool may_be_refused = std::holds_alternative<RebuildFusion>(submission.command);
         return CarryOut({}, std::move(reaction), may_be_refused);
@@ -151,14 +191,20 @@ int64_t GroupCommit::MostGrowthOf(const ObservationSubmission& submission) {
 }
 
 void GroupCommit::Add(ObservationSubmission submission, absl::Time time, VerdictsCallback done) {
+  // Asked once and before any work: admitted observations are folded together with those of others.
+  if (submission.cancellation && submission.cancellation->LookNow()) {
+    pending_.push_back(PendingVerdicts{std::move(done), submission.cancellation->status()});
+    return;
+  }
   if (run_ && run_->layer != submission.layer) EndRun();
   const int64_t most_growth = MostGrowthOf(submission);
   if (absl::Status room = Grow(most_growth, /*may_be_refused=*/true); !room.ok()) {
     pending_.push_back(PendingVerdicts{std::move(done), std::move(room)});
     return;
   }
-  absl::StatusOr<std::vector<ObservationVerdict>> verdicts =
-      fusion_->Admit(*tip_, submission.layer, submission.observations, time);
+  absl::StatusOr<std::vector<ObservationVerdict>> verdicts = Fuse([&] {
+    return fusion_->Admit(*tip_, submission.layer, submission.observations, time);
+  });
   const bool accepted =
       verdicts.ok() && std::any_of(verdicts->begin(), verdicts->end(), [](const auto& verdict) {
         return verdict.outcome == ObservationOutcome::kAccepted;
@@ -178,11 +224,12 @@ void GroupCommit::EndRun() {
   const Run run = *std::exchange(run_, std::nullopt);
   GiveUp(run.most_growth);
   // An error leaves fusion broken, which makes WriteCommits fail the whole group.
-  absl::StatusOr<FusionReaction> reaction = fusion_->FoldAdmitted(*tip_, run.layer);
+  absl::StatusOr<FusionReaction> reaction =
+      Fuse([&] { return fusion_->FoldAdmitted(*tip_, run.layer); });
   if (!reaction.ok()) return;
   absl::StatusOr<Step> step = CarryOut({}, *std::move(reaction), /*may_be_refused=*/false);
   if (!step.ok()) return;
-  Commit(*std::move(step), {absl::StrJoin(run.authors, ", "), "", ""}, run.time);
+  Commit(*std::move(step), {JoinAuthors(run.authors), "", ""}, run.time);
   for (size_t i = run.first_pending; i < pending_.size(); ++i) {
     auto& pending = std::get<PendingVerdicts>(pending_[i]);
     if (!pending.answer.ok()) continue;

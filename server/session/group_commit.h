@@ -7,6 +7,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <type_traits>
 #include <variant>
 #include <vector>
 
@@ -32,12 +33,15 @@ struct Submission {
   std::string author;
   // Recognises a retry. Empty: a retry is carried out again.
   std::string request_id;
-  // Of everything that the request asks, so that another request with the same id is not taken for
-  // a retry.
+  // Digest of everything that the request asks, so that another request with the same id is not
+  // taken for a retry.
   std::string request_digest = {};
   // Tells whether the caller still waits; null if it doesn't matter. Used until the batch is
   // written, and not after the callback is called.
   std::shared_ptr<Cancellation> cancellation = nullptr;
+  // The host of the caller, as admission::HostOfPeer names it, which may fill half of the map's
+  // queue. Empty for work of the server itself, which the whole queue bounds.
+  std::string host = {};
 };
 
 struct FusionSubmission {
@@ -47,12 +51,16 @@ struct FusionSubmission {
   std::string request_id;
   std::string request_digest = {};
   std::shared_ptr<Cancellation> cancellation = nullptr;
+  std::string host = {};
 };
 
 struct ObservationSubmission {
   std::string layer;
   std::vector<Observation> observations;
   std::string author;
+  // As in Submission, but used only until the observations are judged: others share what follows.
+  std::shared_ptr<Cancellation> cancellation = nullptr;
+  std::string host = {};
 };
 
 using ReceiptCallback = absl::AnyInvocable<void(absl::StatusOr<storage::Receipt>) &&>;
@@ -64,8 +72,9 @@ using VerdictsCallback =
 // all of them in one transaction, then answers. A batch that fails changes nothing and does not
 // affect the others. A request that is already in the group or in the store gets the earlier one's
 // receipt; another request with its id is INVALID_ARGUMENT. Consecutive observations of one layer
-// become one revision, so that late ones cost one fold of the log together instead of one each. A
-// submission whose caller has gone before it is applied changes nothing.
+// become one revision, so that late ones cost one fold of the log together instead of one each; its
+// author names the authors of them, of many only some. A submission whose caller has gone before it
+// is applied changes nothing.
 //
 // A batch or a rebuild that would make the content of all maps exceed --max_content_bytes is
 // RESOURCE_EXHAUSTED, and so are observations for whose largest possible growth there is no room.
@@ -143,6 +152,10 @@ class GroupCommit {
     std::vector<storage::FusionChange> fusion_changes;
   };
 
+  // Lets the fused layers work. If memory fails within it, fusion is broken, which makes
+  // WriteCommits fail the whole group.
+  template <typename Work>
+  std::invoke_result_t<Work> Fuse(const Work& work);
   // Applies the batch and the reaction of fused layers to it, as one revision.
   absl::StatusOr<Step> Edit(const EditBatch& batch);
   // Reserves room for growth of the content; negative growth leaves room for later batches of the

@@ -102,8 +102,9 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
                             MapFusion::Open(&session->stored_->fusion_log(),
                                             &session->options_.fusion, session->options_.limits));
   session->fusion_ = std::move(fusion);
-  HYPERMAP_ASSIGN_OR_RETURN(session->writer_,
-                            StartThread([writer = session.get()] { writer->RunWriter(); }));
+  HYPERMAP_ASSIGN_OR_RETURN(session->writer_, StartThread("hm-writer", [writer = session.get()] {
+                              writer->RunWriter();
+                            }));
   return session;
 }
 
@@ -160,6 +161,26 @@ absl::Status MapSession::CheckAccepts(size_t queued, int64_t bytes) const {
       " bytes is too many, --max_queue_bytes is ", options_.limits.max_queue_bytes));
 }
 
+absl::Status MapSession::CheckShare(const std::string& host, int64_t bytes) const {
+  const auto it = queue_.by_host.find(host);
+  // The first submission of a host may have any size, and a place also in a queue of one.
+  if (host.empty() || it == queue_.by_host.end()) return absl::OkStatus();
+  const Waiting& waiting = it->second;
+  const Limits& limits = options_.limits;
+  if (waiting.number >= limits.max_queue / 2) {
+    return admission::TryLater(
+        absl::StrCat("map \"", header_.name, "\" has ", waiting.number,
+                     " requests of one client waiting; one client may fill half of --max_queue, ",
+                     limits.max_queue));
+  }
+  if (waiting.bytes + bytes <= limits.max_queue_bytes / 2) return absl::OkStatus();
+  return admission::TryLater(
+      absl::StrCat("map \"", header_.name, "\" has requests of ", waiting.bytes,
+                   " bytes of one client waiting, one of ", bytes,
+                   " bytes is too many; one client may fill half of --max_queue_bytes, ",
+                   limits.max_queue_bytes));
+}
+
 template <typename SubmissionType, typename Callback>
 void MapSession::Enqueue(SubmissionType submission, Callback done) {
   absl::Status accepted;
@@ -167,8 +188,14 @@ void MapSession::Enqueue(SubmissionType submission, Callback done) {
   {
     MutexLock lock(&queue_mutex_);
     accepted = CheckAccepts(queue_.submissions.size(), bytes);
+    if (accepted.ok()) accepted = CheckShare(submission.host, bytes);
     if (accepted.ok()) {
       queue_.bytes += bytes;
+      if (!submission.host.empty()) {
+        Waiting& of_host = queue_.by_host[submission.host];
+        ++of_host.number;
+        of_host.bytes += bytes;
+      }
       queue_.submissions.push_back(
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
       // The writer sleeps only while the queue is empty: later submissions need not wake it.
@@ -234,11 +261,15 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
 
 absl::Status MapSession::BackupTo(const std::string& path,
                                   absl::FunctionRef<absl::Status(int64_t most_bytes)> reserve) {
-  return RunOnWriter([&]() -> absl::Status {
+  std::unique_ptr<storage::MapBackup> backup;
+  const absl::Status opened = RunOnWriter([&]() -> absl::Status {
     HYPERMAP_ASSIGN_OR_RETURN(const int64_t most_bytes, stored_->BackupBytes());
     HYPERMAP_RETURN_IF_ERROR(reserve(most_bytes));
-    return stored_->BackupTo(path);
+    HYPERMAP_ASSIGN_OR_RETURN(backup, stored_->OpenBackup());
+    return absl::OkStatus();
   });
+  HYPERMAP_RETURN_IF_ERROR(opened);
+  return backup->WriteTo(path);
 }
 
 absl::StatusOr<std::optional<storage::Receipt>> MapSession::FindReceipt(
@@ -286,12 +317,6 @@ absl::StatusOr<std::vector<RobotClocks::Robot>> MapSession::ReadRobotClocks() {
   return robots;
 }
 
-void MapSession::LookAtClock() {
-  MutexLock lock(&queue_mutex_);
-  looks_at_clock_ = true;
-  queue_changed_.NotifyOne();
-}
-
 void MapSession::Close() {
   // First, so that watches and calls that wait for a revision end while the writer finishes.
   feed_.Close();
@@ -322,12 +347,12 @@ std::optional<std::vector<MapSession::QueuedSubmission>> MapSession::TakeSubmiss
   const absl::Duration wait = UntilMaintenance();
   MutexLock lock(&queue_mutex_);
   // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
-  if (queue_.empty() && !closing_ && !looks_at_clock_ && wait > absl::ZeroDuration()) {
+  if (queue_.empty() && !closing_ && wait > absl::ZeroDuration()) {
     queue_changed_.WaitFor(&queue_mutex_, std::min(wait, kMaxWait));
   }
-  looks_at_clock_ = false;
   if (queue_.empty() && closing_) return std::nullopt;
   queue_.bytes = 0;
+  queue_.by_host.clear();
   return std::exchange(queue_.submissions, {});
 }
 
@@ -387,9 +412,12 @@ void MapSession::Finish(GroupCommit& group) {
   evidence_.Add(fusion_->bytes() - evidence_.bytes());
   std::vector<FeedCommit> commits = group.TakeCommits();
   for (const FeedCommit& commit : commits) expiry_.Update(*commit.changes);
-  // After the snapshot, so that a call that waited for a revision finds it published.
+  // Before the answers, so that a caller that has its answer finds the revision in the feed.
   feed_.Append(std::move(commits));
   std::move(group).Answer();
+  // After the snapshot, so that a call that waited for a revision finds it published; and after the
+  // answers, because many calls may wait.
+  feed_.Wake();
 }
 
 absl::Duration MapSession::UntilExpiry() const {

@@ -2,11 +2,12 @@
 //
 // Readers copy a pointer to the newest snapshot and work on it without locks; they never wait for a
 // disk. Batches wait for the map's writer thread in a queue that is bounded by their number and
-// their bytes. The writer takes all queued batches, commits them in one transaction (each with its
-// own revision; in several, if their changes are large), publishes the snapshot, and then answers:
-// an acknowledged batch is on disk and visible, and nothing is visible that is not on disk. Commit
-// times never decrease. Between groups the writer removes expired objects and compacts the history,
-// both by the time that really passed (MapTime). Thread safe.
+// their bytes, and of which one host may fill half. The writer takes all queued batches, commits
+// them in one transaction (each with its own revision; in several, if their changes are large),
+// publishes the snapshot, and then answers: an acknowledged batch is on disk and visible, and
+// nothing is visible that is not on disk. Commit times never decrease. Between groups the writer
+// removes expired objects and compacts the history, both by the time that really passed (MapTime).
+// Thread safe.
 #ifndef HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 #define HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 
@@ -19,6 +20,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/container/flat_hash_map.h"
 #include "absl/functional/any_invocable.h"
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
@@ -91,9 +93,10 @@ class MapSession {
   absl::StatusOr<HistoryPool::Lease> OpenHistory() { return history_.Take(); }
 
   // Calls `done` on the writer's thread: with the receipt once the batch is on disk and visible, or
-  // with the error for which it changed nothing. RESOURCE_EXHAUSTED if the queue is full (by number
-  // or by bytes; an empty queue takes a submission of any size) and UNAVAILABLE if the session is
-  // closed; then on the caller's thread. `done` must not wait and
+  // with the error for which it changed nothing. RESOURCE_EXHAUSTED if the queue or its half of the
+  // submission's host is full (by number or by bytes; an empty queue takes a submission of any
+  // size, and so does the half of a host of which none waits, if the queue has room) and
+  // UNAVAILABLE if the session is closed; then on the caller's thread. `done` must not wait and
   // must not own the session.
   void Submit(Submission submission, ReceiptCallback done);
   void Run(FusionSubmission submission, ReceiptCallback done);
@@ -127,15 +130,12 @@ class MapSession {
   const SessionOptions& options() const { return options_; }
   const MapTime& time() const { return time_; }
 
-  // Writes a consistent copy of the newest stored revision to `path`, and waits for it. Edits wait
-  // meanwhile, readers don't. `reserve` is called before anything is written, with the most bytes
-  // of disk that the copy takes; its error is returned, and there is no copy. Errors as
-  // StoredMap::BackupTo and Submit.
+  // Writes a consistent copy of the newest stored revision to `path`, on this thread: edits wait
+  // only until its files are open. `reserve` is called before anything is written, with the most
+  // bytes of disk that the copy takes if there are no edits meanwhile; its error is returned, and
+  // there is no copy. Errors as StoredMap::BackupTo and Submit.
   absl::Status BackupTo(const std::string& path,
                         absl::FunctionRef<absl::Status(int64_t most_bytes)> reserve);
-
-  // Makes the writer read the clock again at once, for a test that has advanced it.
-  void LookAtClock();
 
   // Refuses new submissions, finishes and answers the accepted ones, and closes the stored map.
   // Must be called by one thread at a time; a second call does nothing.
@@ -151,10 +151,16 @@ class MapSession {
       std::variant<Queued<Submission, ReceiptCallback>, Queued<FusionSubmission, ReceiptCallback>,
                    Queued<ObservationSubmission, VerdictsCallback>>;
   using Task = absl::AnyInvocable<void() &&>;
+  // Submissions that wait.
+  struct Waiting {
+    int64_t number = 0;
+    int64_t bytes = 0;
+  };
   struct Work {
     std::vector<QueuedSubmission> submissions;
-    int64_t bytes = 0;        // of the submissions
-    std::vector<Task> tasks;  // run between two groups of submissions
+    int64_t bytes = 0;                                  // of the submissions
+    absl::flat_hash_map<std::string, Waiting> by_host;  // the submissions that name a host
+    std::vector<Task> tasks;                            // run between two groups of submissions
 
     bool empty() const { return submissions.empty() && tasks.empty(); }
   };
@@ -196,6 +202,9 @@ class MapSession {
   // Whether a submission or task of `bytes` may wait behind `queued` others.
   absl::Status CheckAccepts(size_t queued, int64_t bytes) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
+  // Whether the host may add a submission of `bytes` to its half of the queue.
+  absl::Status CheckShare(const std::string& host, int64_t bytes) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
 
   const SessionOptions options_;
   const storage::MapHeader header_;
@@ -224,7 +233,6 @@ class MapSession {
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
   absl::Status problem_ ABSL_GUARDED_BY(queue_mutex_);
-  bool looks_at_clock_ ABSL_GUARDED_BY(queue_mutex_) = false;
 
   std::thread writer_;
 };

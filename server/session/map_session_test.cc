@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/admission/refusals.h"
 #include "base/cancellation/cancellation.h"
 #include "base/cancellation/testing/cancelled_after.h"
 #include "server/session/testing/memory_map_store.h"
@@ -26,6 +27,7 @@ namespace {
 
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 using Answer = absl::StatusOr<storage::Receipt>;
 
@@ -76,8 +78,16 @@ class MapSessionTest : public ::testing::Test {
   }
 
   std::future<Answer> Submit(EditBatch batch, const std::string& request_id = "") {
+    return Submit(Submission{std::move(batch), "test", request_id});
+  }
+  std::future<Answer> SubmitFrom(const std::string& host, EditBatch batch) {
+    Submission submission{std::move(batch), "test", ""};
+    submission.host = host;
+    return Submit(std::move(submission));
+  }
+  std::future<Answer> Submit(Submission submission) {
     auto promise = std::make_shared<std::promise<Answer>>();
-    session_->Submit({std::move(batch), "test", request_id},
+    session_->Submit(std::move(submission),
                      [promise](Answer answer) { promise->set_value(std::move(answer)); });
     return promise->get_future();
   }
@@ -106,6 +116,29 @@ TEST_F(MapSessionTest, AnswersWhenTheBatchIsStoredAndVisible) {
   EXPECT_EQ(NumThings(), 1);
   Reopen();
   EXPECT_EQ(session_->snapshot()->revision, 2);
+}
+
+TEST_F(MapSessionTest, AnswersBeforeItCallsThoseWhoWaitForTheRevision) {
+  // Used by the writer's thread only, until `woken`.
+  std::vector<std::string> order;
+  std::promise<void> woken;
+  session_->feed().Await(1, [&] {
+    EXPECT_EQ(session_->snapshot()->revision, 2);
+    order.emplace_back("woken");
+    woken.set_value();
+  });
+  session_->Submit({PutCup(), "test", ""}, [&](const Answer& answer) {
+    EXPECT_EQ(answer->revision, 2);
+    // A client that has the answer finds the revision, also in the feed.
+    EXPECT_EQ(session_->snapshot()->revision, 2);
+    const auto commits = session_->feed().Read(1, 100);
+    ASSERT_TRUE(commits.has_value());
+    EXPECT_EQ(commits->size(), 1u);
+    EXPECT_TRUE(session_->feed().StructureAt(2).has_value());
+    order.emplace_back("answered");
+  });
+  woken.get_future().wait();
+  EXPECT_THAT(order, ElementsAre("answered", "woken"));
 }
 
 TEST_F(MapSessionTest, ReadersDoNotWaitForTheDiskAndSeeNothingUnwritten) {
@@ -375,14 +408,14 @@ TEST_F(MapSessionTest, B7QueueIsBoundedByItsBytes) {
   const Answer refused = Submit(PutCup()).get();
   EXPECT_TRUE(absl::IsResourceExhausted(refused.status())) << refused.status();
   EXPECT_THAT(std::string(refused.status().message()), HasSubstr("--max_queue_bytes is 10000"));
-  // What needs no place in the queue is not refused.
+  // A call that needs no place in the queue is not refused.
   auto receipt = std::async(std::launch::async, [this] { return session_->FindReceipt("none"); });
   disk_.Release();
   EXPECT_TRUE(held.get().ok());
   EXPECT_TRUE(large.get().ok());
   EXPECT_TRUE(receipt.get().ok());
 
-  // What was written waits no more.
+  // A batch that was written has left the queue.
   held = HoldWriter();
   auto first = Submit(PutCupWithNote(6'000));
   EXPECT_TRUE(absl::IsResourceExhausted(Submit(PutCupWithNote(6'000)).get().status()));
@@ -390,6 +423,78 @@ TEST_F(MapSessionTest, B7QueueIsBoundedByItsBytes) {
   disk_.Release();
   EXPECT_TRUE(first.get().ok());
   EXPECT_TRUE(second.get().ok());
+}
+
+TEST_F(MapSessionTest, AHostFillsHalfOfThePlacesInTheQueue) {
+  SessionOptions options;
+  options.limits.max_queue = 5;
+  Reopen(options);
+  for (int round = 0; round < 2; ++round) {
+    auto held = HoldWriter();
+    std::vector<std::future<Answer>> accepted;
+    for (int i = 0; i < 2; ++i) accepted.push_back(SubmitFrom("10.0.0.1", PutCup()));
+    const absl::Status refused = SubmitFrom("10.0.0.1", PutCup()).get().status();
+    EXPECT_TRUE(admission::IsTryLater(refused)) << refused;
+    EXPECT_THAT(std::string(refused.message()), HasSubstr("one client"));
+    EXPECT_THAT(std::string(refused.message()), HasSubstr("half of --max_queue, 5"));
+    // There is room for another host, and for the server itself.
+    accepted.push_back(SubmitFrom("10.0.0.2", PutCup()));
+    for (int i = 0; i < 2; ++i) accepted.push_back(Submit(PutCup()));
+    const absl::Status full = Submit(PutCup()).get().status();
+    EXPECT_THAT(std::string(full.message()), HasSubstr("--max_queue is 5"));
+    disk_.Release();
+    EXPECT_TRUE(held.get().ok());
+    // Written batches have left the queue: the host has its half again.
+    for (std::future<Answer>& answer : accepted) EXPECT_TRUE(answer.get().ok());
+  }
+}
+
+TEST_F(MapSessionTest, AHostHasAPlaceInAQueueOfOne) {
+  SessionOptions options;
+  options.limits.max_queue = 1;
+  Reopen(options);
+  EXPECT_TRUE(SubmitFrom("10.0.0.1", PutCup()).get().ok());
+}
+
+TEST_F(MapSessionTest, AHostFillsHalfOfTheBytesInTheQueue) {
+  SessionOptions options;
+  options.limits.max_queue_bytes = 20'000;
+  Reopen(options);
+  auto held = HoldWriter();
+  // The first of a host may be larger than its half, if the queue has room.
+  auto large = SubmitFrom("10.0.0.1", PutCupWithNote(12'000));
+  const absl::Status refused = SubmitFrom("10.0.0.1", PutCup()).get().status();
+  EXPECT_TRUE(admission::IsTryLater(refused)) << refused;
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("half of --max_queue_bytes, 20000"));
+  const absl::Status full = SubmitFrom("10.0.0.2", PutCupWithNote(12'000)).get().status();
+  EXPECT_THAT(std::string(full.message()), Not(HasSubstr("one client")));
+  auto other = SubmitFrom("10.0.0.2", PutCupWithNote(2'000));
+  auto own = Submit(PutCupWithNote(2'000));
+  disk_.Release();
+  EXPECT_TRUE(held.get().ok());
+  EXPECT_TRUE(large.get().ok());
+  EXPECT_TRUE(other.get().ok());
+  EXPECT_TRUE(own.get().ok());
+}
+
+TEST_F(MapSessionTest, ObservationsAndCommandsCountForTheirHost) {
+  SessionOptions options;
+  options.limits.max_queue = 4;
+  Reopen(options);
+  auto held = HoldWriter();
+  ObservationSubmission observations{"things", {}, "robot"};
+  observations.host = "10.0.0.1";
+  FusionSubmission command{RebuildFusion{"things", "", ""}, "test", ""};
+  command.host = "10.0.0.1";
+  std::promise<void> observed, commanded;
+  session_->Observe(std::move(observations), [&](const auto&) { observed.set_value(); });
+  session_->Run(std::move(command), [&](const Answer&) { commanded.set_value(); });
+  const absl::Status refused = SubmitFrom("10.0.0.1", PutCup()).get().status();
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("half of --max_queue, 4"));
+  disk_.Release();
+  EXPECT_TRUE(held.get().ok());
+  observed.get_future().wait();
+  commanded.get_future().wait();
 }
 
 TEST_F(MapSessionTest, B7ObservationsCountByTheirBytes) {

@@ -28,7 +28,7 @@ class MapTimeTest : public ::testing::Test {
   void Store(const std::optional<storage::TimeMark>& mark) {
     if (mark) stored_.push_back(*mark);
   }
-  // What the writer does at least once a minute.
+  // Does the maintenance that the writer does at least once a minute.
   void Maintain() {
     time_->ReadClocks();
     Store(time_->MarkForRestart(newest_, /*closing=*/false));

@@ -117,17 +117,17 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
   return Read(past, scope, &wide);
 }
 
-absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,
-                                            const Point& p, const ValueQuery& value, int k) {
+absl::StatusOr<NearestNeighbours> NearestInPast(storage::PastMap& past, const Scope& scope,
+                                                const Point& p, const ValueQuery& value, int k) {
   if (!IsFinite(p) || k < 1) return Nearest(*EmptyView(past), scope, p, value, k);
   double reach = kFirstReach_m;
   while (reach <= kLastReach_m) {
     const TemporaryMemory temporary;
     const Box box = Around({p, p}, reach);
     HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr near, Read(past, scope, &box));
-    absl::StatusOr<NearestAnswer> answer = Nearest(*near, scope, p, value, k);
+    absl::StatusOr<NearestNeighbours> answer = Nearest(*near, scope, p, value, k);
     if (!answer.ok()) return answer;
-    const std::vector<NearestAnswer::Entry>& entries = answer->entries;
+    const std::vector<NearestNeighbours::Entry>& entries = answer->entries;
     // Content that was not read lies outside of the box, and so at least `reach` away.
     if (static_cast<int>(entries.size()) == k && entries.back().neighbour.distance_m < reach) {
       return answer;

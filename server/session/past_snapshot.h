@@ -28,8 +28,8 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
 
 // Nearest at a past revision. Reads a growing neighbourhood of `p` until it must contain the
 // answer.
-absl::StatusOr<NearestAnswer> NearestInPast(storage::PastMap& past, const Scope& scope,
-                                            const Point& p, const ValueQuery& value, int k);
+absl::StatusOr<NearestNeighbours> NearestInPast(storage::PastMap& past, const Scope& scope,
+                                                const Point& p, const ValueQuery& value, int k);
 
 }  // namespace hypermap::server
 

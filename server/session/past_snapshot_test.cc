@@ -25,7 +25,7 @@ Read ReadAll(absl::StatusOr<std::unique_ptr<PartReader>> reader) {
   Read read;
   EXPECT_TRUE(reader.ok()) << reader.status();
   while (reader.ok() && !(*reader)->done()) {
-    const LayerPart part = (*reader)->Next(100);
+    const LayerAnswerPart part = (*reader)->Next(100);
     const std::string& layer = part.layer->spec().name;
     if (part.status != AnswerStatus::kValue) read.refusals.emplace_back(layer, part.status);
     for (const ObjectPtr& object : part.part.objects) read.objects.emplace_back(layer, object->id);

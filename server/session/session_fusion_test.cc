@@ -124,8 +124,11 @@ class TestSite {
   }
 
   std::future<Verdicts> Submit(std::vector<Observation> observations) {
+    return Submit(ObservationSubmission{"things", std::move(observations), "test"});
+  }
+  std::future<Verdicts> Submit(ObservationSubmission submission) {
     auto promise = std::make_shared<std::promise<Verdicts>>();
-    session_->Observe(ObservationSubmission{"things", std::move(observations), "test"},
+    session_->Observe(std::move(submission),
                       [promise](Verdicts verdicts) { promise->set_value(std::move(verdicts)); });
     return promise->get_future();
   }
@@ -137,6 +140,16 @@ class TestSite {
   }
   absl::StatusOr<storage::Receipt> Edit(EditBatch batch) {
     return session_->SubmitAndWait(Submission{std::move(batch), "test", ""});
+  }
+
+  // The author of the newest revision.
+  std::string Author() {
+    auto history = session_->OpenHistory();
+    EXPECT_TRUE(history.ok()) << history.status();
+    const Revision newest = snapshot()->revision;
+    const auto records = (*history)->Revisions(newest - 1, newest + 1, false, 1);
+    EXPECT_TRUE(records.ok()) << records.status();
+    return records->front().author;
   }
 
   SnapshotPtr snapshot() const { return session_->snapshot(); }
@@ -186,6 +199,108 @@ TEST(MapFusionTest, ObservationIsOneRevisionWithItsObjectsAndItsExploredArea) {
   EXPECT_EQ(site.snapshot()->revision, before + 1);
   EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(2));
   EXPECT_THAT(ExploredCells(*site.snapshot()), SizeIs(16));
+}
+
+// Folds observations together, one of each author, and returns the author of their revision.
+std::string AuthorOfAll(const std::vector<std::string>& authors) {
+  TestSite site;
+  site.Start();
+  site.disk().Hold();
+  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  site.disk().AwaitHeldWrite();
+  std::vector<std::future<Verdicts>> answers;
+  for (size_t i = 0; i < authors.size(); ++i) {
+    const auto sequence = static_cast<int64_t>(i) + 1;
+    const Observation seen = See("a", sequence, static_cast<double>(sequence), {"cup"});
+    answers.push_back(site.Submit(ObservationSubmission{"things", {seen}, authors[i]}));
+  }
+  site.disk().Release();
+  const Verdicts first = held.get();
+  EXPECT_TRUE(first.ok()) << first.status();
+  for (std::future<Verdicts>& answer : answers) {
+    const Verdicts verdicts = answer.get();
+    EXPECT_TRUE(verdicts.ok()) << verdicts.status();
+    EXPECT_EQ(verdicts->front().outcome, ObservationOutcome::kAccepted);
+    EXPECT_EQ(verdicts->front().revision, first->front().revision + 1) << "not folded together";
+  }
+  return site.Author();
+}
+
+TEST(MapFusionTest, RevisionOfManyAuthorsNamesSomeOfThem) {
+  EXPECT_EQ(AuthorOfAll({"bob", "ann", "bob"}), "ann, bob");
+  std::vector<std::string> authors;
+  for (char c = 'a'; c <= 'j'; ++c) authors.emplace_back(1, c);
+  EXPECT_EQ(AuthorOfAll(authors), "a, b, c, d, e, f, g, h, i, j");
+  authors.insert(authors.end(), {"k", "l"});
+  EXPECT_EQ(AuthorOfAll(authors), "a, b, c, d, e, f, g, h, i, j, and 2 more");
+  // Long names are fewer.
+  for (std::string& author : authors) author.resize(FixedLimits::kMaxAuthorLength, 'x');
+  const std::string author = AuthorOfAll(authors);
+  EXPECT_EQ(author, authors[0] + ", " + authors[1] + ", " + authors[2] + ", and 9 more");
+}
+
+TEST(MapFusionTest, ObservationsWhoseCallerHasGoneAreNotCarriedOut) {
+  TestSite site;
+  site.Start();
+  site.disk().Hold();
+  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  site.disk().AwaitHeldWrite();
+  bool is_gone = false;
+  int looks = 0;
+  const auto submit = [&](const Observation& observation) {
+    ObservationSubmission submission{"things", {observation}, "test"};
+    submission.cancellation = std::make_shared<Cancellation>(
+        [&] {
+          ++looks;
+          return is_gone ? absl::CancelledError("gone") : absl::OkStatus();
+        },
+        absl::ZeroDuration());
+    return site.Submit(std::move(submission));
+  };
+  auto before = site.Submit({See("a", 1, 1, {"chair"})});
+  auto dropped = submit(See("a", 2, 2, {"sofa"}));
+  auto after = site.Submit({See("a", 3, 3, {"bookcase"})});
+  is_gone = true;
+  site.disk().Release();
+  EXPECT_TRUE(held.get().ok());
+  EXPECT_TRUE(absl::IsCancelled(dropped.get().status()));
+  // The others are folded together, as if it had not been sent.
+  const Verdicts one = before.get();
+  const Verdicts other = after.get();
+  ASSERT_TRUE(one.ok() && other.ok()) << one.status() << other.status();
+  EXPECT_EQ(one->front().revision, other->front().revision);
+  EXPECT_EQ(looks, 1);
+  EXPECT_EQ(site.Find("sofa"), nullptr);
+  EXPECT_NE(site.Find("chair"), nullptr);
+  EXPECT_NE(site.Find("bookcase"), nullptr);
+  // It can be sent again.
+  is_gone = false;
+  const Verdicts again = submit(See("a", 2, 2, {"sofa"})).get();
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->front().outcome, ObservationOutcome::kAccepted);
+}
+
+TEST(MapFusionTest, ObservationsThatWereAdmittedStayWhenTheirCallerGoes) {
+  TestSite site;
+  site.Start();
+  site.disk().Hold();
+  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  site.disk().AwaitHeldWrite();
+  // The caller goes after the first look, when its observation is admitted.
+  int looks = 0;
+  ObservationSubmission submission{"things", {See("a", 1, 1, {"sofa"})}, "test"};
+  submission.cancellation = std::make_shared<Cancellation>(
+      [&] { return ++looks == 1 ? absl::OkStatus() : absl::CancelledError("gone"); },
+      absl::ZeroDuration());
+  auto admitted = site.Submit(std::move(submission));
+  auto other = site.Submit({See("a", 2, 2, {"chair"})});
+  site.disk().Release();
+  EXPECT_TRUE(held.get().ok());
+  const Verdicts verdicts = admitted.get();
+  ASSERT_TRUE(verdicts.ok()) << verdicts.status();
+  EXPECT_EQ(verdicts->front().outcome, ObservationOutcome::kAccepted);
+  EXPECT_TRUE(other.get().ok());
+  EXPECT_NE(site.Find("sofa"), nullptr);
 }
 
 TEST(MapFusionTest, EachObservationCountsOnceWhateverIsSentAgain) {
@@ -245,7 +360,7 @@ TEST(MapFusionTest, C2SkewOfARobotsClockIsTold) {
   };
   EXPECT_EQ(skew_s(See("rogue", 0, 1198, {"cup"})), 598.0);
   EXPECT_EQ(skew_s(See("cart", 0, 599.5, {"cup"})), -0.5);
-  // What took longer on its way tells less than what was quick.
+  // An observation that took longer on its way tells less than a quick one.
   EXPECT_EQ(skew_s(See("cart", 1, 590, {"cup"})), -0.5);
   now += absl::Seconds(1);
   EXPECT_EQ(skew_s(See("cart", 2, 600.75, {"cup"})), -0.25);
@@ -358,6 +473,19 @@ TEST(MapFusionTest, LayerThatTakesNoPolygonsIsNotFused) {
   const absl::Status status = site.Run(StartFusion{"lanes", {}}).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("\"lanes\" takes no polygons"));
+}
+
+TEST(MapFusionTest, FailedAllocationIsAnErrorAndChangesNothing) {
+  TestSite site;
+  site.Start();
+  site.Observe(See("a", 0, 0, {"cup"}));
+  const Revision revision = site.snapshot()->revision;
+  const absl::Status failed =
+      site.Submit({See("a", 1, 1, {TallyStrategy::kNoMemory})}).get().status();
+  EXPECT_TRUE(absl::IsResourceExhausted(failed)) << failed;
+  EXPECT_EQ(site.snapshot()->revision, revision);
+  EXPECT_EQ(site.Observe(See("a", 1, 1, {"bowl"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(2));
 }
 
 TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {

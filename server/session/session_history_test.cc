@@ -75,7 +75,8 @@ class SessionHistoryTest : public ::testing::Test {
   // Lets time pass, and makes the writer read the clock.
   void Advance(absl::Duration by) {
     clock_.Advance(by);
-    session_->LookAtClock();
+    // The writer reads the clock after any work.
+    EXPECT_TRUE(session_->ReadRobotClocks().ok());
   }
 
   void AwaitRevision(Revision revision) {
@@ -291,7 +292,6 @@ TEST_F(SessionHistoryTest, KeepsWhatTheMapWasSoFarBack) {
     clock_.Advance(absl::Minutes(30));
   }
   // The commits were made 150, 120, 90, 60 and 30 minutes ago.
-  session_->LookAtClock();
   AwaitWriter();
   EXPECT_EQ(Oldest(), 5);
   Advance(absl::Hours(10));
@@ -311,7 +311,7 @@ TEST_F(SessionHistoryTest, AnswersARequestAgainForAWhile) {
   EXPECT_EQ(Submit({{Cup({})}}, "r1").revision, first + 1);
 }
 
-// What a clock does for two minutes.
+// A fault of the clocks that lasts two minutes.
 struct ClockFault {
   absl::Duration jump;
   bool frozen;

@@ -323,7 +323,7 @@ void Site::Close() {
   };
   std::vector<std::thread> threads;
   while (threads.size() + 1 < std::min(kClosingThreads, sessions.size())) {
-    absl::StatusOr<std::thread> thread = StartThread(close_some);
+    absl::StatusOr<std::thread> thread = StartThread("hm-closing", close_some);
     if (!thread.ok()) break;
     threads.push_back(*std::move(thread));
   }

@@ -11,13 +11,14 @@
 #include "base/status/status_macros.h"
 #include "map/watch/net_changes.h"
 #include "server/watch/watch_messages.h"
+#include "wire/scope.h"
 
 namespace hypermap::server {
 namespace {
 
 // Bounds the time of a step, so that a worker thread can serve other calls between two steps.
 constexpr int kChangesPerStep = 1024;
-constexpr int64_t kLooksPerStep = 4096;  // Of NetChanges::Reader: 32 tiles.
+constexpr int64_t kLooksPerStep = 4096;  // As NetChanges::Reader::looks() counts: 32 tiles.
 
 absl::StatusOr<StructurePtr> StructureAt(storage::HistoryReader& history, Revision revision) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::PastMap> past, history.At(revision));
@@ -113,6 +114,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDiff
     const Facilities& facilities, const v1::ListChangesRequest& request) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities, request.scope()));
+  HYPERMAP_ASSIGN_OR_RETURN(Scope scope, wire::DecodeScope(request.scope(), facilities.limits));
   const Revision newest = session->snapshot()->revision;
   const Revision to = request.has_to_revision() ? request.to_revision() : newest;
   if (request.from_revision() < 0) return absl::InvalidArgumentError("from_revision is negative");
@@ -128,7 +130,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDiff
   HYPERMAP_ASSIGN_OR_RETURN(StructurePtr before, StructureAt(*history, request.from_revision()));
   HYPERMAP_ASSIGN_OR_RETURN(StructurePtr after, StructureAt(*history, to));
   HYPERMAP_ASSIGN_OR_RETURN(std::string frame, after->ResolveFrame(request.scope().frame_id()));
-  std::vector<std::string> layers(request.scope().layers().begin(), request.scope().layers().end());
+  std::vector<std::string> layers = std::move(scope.layers);
   HYPERMAP_RETURN_IF_ERROR(CheckLayers(*before, *after, layers));
   return std::make_unique<DifferenceSource>(facilities.limits, session->incarnation(),
                                             std::move(history), std::move(before), std::move(after),

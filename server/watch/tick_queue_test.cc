@@ -18,7 +18,7 @@ constexpr absl::Duration kTurn = absl::Milliseconds(10);
 // thread may go on before set_value has returned.
 TEST(TickQueueTest, RunsEachTaskOnceInTheirOrder) {
   std::promise<void> done[3];
-  WorkerPool workers(1);
+  WorkerPool workers("hm-test", 1);
   TimerQueue timers;
   const auto queue = TickQueue::Make(absl::Milliseconds(2), kTurn, &timers, &workers);
   std::vector<int> ran;
@@ -32,7 +32,7 @@ TEST(TickQueueTest, RunsEachTaskOnceInTheirOrder) {
 }
 
 TEST(TickQueueTest, NothingIsDoneBeforeTheTick) {
-  WorkerPool workers(1);
+  WorkerPool workers("hm-test", 1);
   TimerQueue timers;
   const auto queue = TickQueue::Make(absl::Hours(1000), kTurn, &timers, &workers);
   queue->Add([] { ADD_FAILURE() << "it is not time yet"; });
@@ -41,7 +41,7 @@ TEST(TickQueueTest, NothingIsDoneBeforeTheTick) {
 
 TEST(TickQueueTest, OthersHelpWhileTheWorkerIsHeldUp) {
   std::promise<void> held, release;
-  WorkerPool workers(1);
+  WorkerPool workers("hm-test", 1);
   TimerQueue timers;
   const auto queue = TickQueue::Make(absl::Milliseconds(2), kTurn, &timers, &workers);
   queue->Add([&] {
@@ -61,7 +61,7 @@ TEST(TickQueueTest, TasksOfManyThreadsAreAllRun) {
   constexpr int kTasks = 500;
   std::atomic<int> ran = 0;
   {
-    WorkerPool workers(2);
+    WorkerPool workers("hm-test", 2);
     TimerQueue timers;
     const auto queue = TickQueue::Make(absl::Microseconds(200), kTurn, &timers, &workers);
     std::vector<std::thread> threads;

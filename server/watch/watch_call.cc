@@ -18,26 +18,24 @@ WatchCall::Shared::Shared(const WatchTuning& tuning_values, const Facilities& fa
                   TickQueue::Make(tuning.busy_tick, tuning.turn, &timers, workers)} {}
 
 WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc,
-                     ReadRequest read_request, OpenSource open_source, Shared* shared)
+                     ChargeRequest charge_request, OpenSource open_source, Shared* shared)
     : context_(context),
       shared_(shared),
       ticket_(shared->budgets, context),
       place_(&shared->budgets->watchers, admission::HostOfPeer(context->peer())),
       log_(*context, rpc, /*map=*/""),
-      admitted_(Admit(read_request)),
+      admitted_(Admit(charge_request)),
       wake_handle_(
           std::make_shared<WakeHandle>([this] { RunOnWorker(); }, [this] { TakeShortTurn(); })),
       open_source_(std::move(open_source)) {
   RunOnWorker();
 }
 
-absl::Status WatchCall::Admit(ReadRequest read_request) {
+absl::Status WatchCall::Admit(ChargeRequest charge_request) {
   HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
   HYPERMAP_RETURN_IF_ERROR(place_.Add(1));
   shared_->open_watches.Add(this);
-  HYPERMAP_ASSIGN_OR_RETURN(std::string map, read_request(ticket_));
-  log_.set_map(std::move(map));
-  return absl::OkStatus();
+  return charge_request(ticket_);
 }
 
 void WatchCall::OnWriteDone(bool ok) {
@@ -123,7 +121,7 @@ absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(SteadyTime now, grpc::Slic
   if (!admitted_.ok()) return admitted_;
   if (open_source_) {
     OpenSource open_source = std::exchange(open_source_, nullptr);
-    HYPERMAP_ASSIGN_OR_RETURN(source_, std::move(open_source)());
+    HYPERMAP_ASSIGN_OR_RETURN(source_, std::move(open_source)(ticket_, log_));
     // From now on the call holds its filter instead of the request.
     meter_.GiveBack();
     ticket_.FreeMemory(ticket_.memory());

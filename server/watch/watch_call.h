@@ -60,15 +60,17 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     const TickQueues tick_queues;
   };
 
-  // Charges the call's ticket for the request, parses it, and returns the name of its map.
-  using ReadRequest = absl::FunctionRef<absl::StatusOr<std::string>(CallTicket&)>;
-  using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<WatchSource>>() &&>;
+  // Charges the call's ticket for the arrival of the request.
+  using ChargeRequest = absl::FunctionRef<absl::Status(CallTicket&)>;
+  // Charges the rest, parses the request, tells the log its map, and opens the source.
+  using OpenSource =
+      absl::AnyInvocable<absl::StatusOr<std::unique_ptr<WatchSource>>(CallTicket&, RequestLog&) &&>;
 
-  // `read_request` is called by the constructor if there is room for another call, and
+  // `charge_request` is called by the constructor if there is room for another call, and
   // `open_source` later, once, on a worker; it frees what the request holds. The error of either
   // ends the rpc. `rpc` and `shared` must outlive this; the context lives until OnDone.
-  WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc, ReadRequest read_request,
-            OpenSource open_source, Shared* shared);
+  WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc,
+            ChargeRequest charge_request, OpenSource open_source, Shared* shared);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override { wake_handle_->Wake(); }
@@ -79,7 +81,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void CancelWrite();
 
  private:
-  absl::Status Admit(ReadRequest read_request);
+  absl::Status Admit(ChargeRequest charge_request);
   void RunOnWorker();
   // Takes steps until there is a message to write, or nothing to do, or the time of a turn has
   // passed.

@@ -126,7 +126,7 @@ std::vector<FeedCommit> WatchGroup::ReadOn(Revision after) {
 WatchGroup::Entry WatchGroup::Encode(const FeedCommit& commit, Follower& follower) const {
   Entry entry{commit.structure, {}, 0, false};
   // Only a change of the structure can reset a follower, and this commit has none.
-  const auto parts = follower.TellInParts(commit.changes, commit.structure);
+  const auto parts = follower.ReadCommit(commit.changes, commit.structure);
   std::vector<MapChange> changes;
   while (!parts->done() && !ExceedMessage(changes, limits_)) {
     std::vector<MapChange> part = parts->Next(limits_.chunk_items);

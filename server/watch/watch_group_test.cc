@@ -392,15 +392,19 @@ std::vector<std::string> ToldAlone(const ChangeFeed& feed, uint64_t incarnation,
   EXPECT_TRUE(commits.has_value());
   if (!commits) return messages;
   for (const FeedCommit& commit : *commits) {
-    Follower::Told told = follower.Tell(*commit.changes, commit.structure);
-    EXPECT_FALSE(told.reset);
-    for (MapChange& change : told.changes) {
+    const auto parts = follower.ReadCommit(commit.changes, commit.structure);
+    EXPECT_NE(parts, nullptr);
+    std::vector<MapChange> told;
+    while (parts && !parts->done()) {
+      for (MapChange& change : parts->Next(1'000)) told.push_back(std::move(change));
+    }
+    for (MapChange& change : told) {
       if (change.layer_now) change.layer_now->version = commit.revision;
     }
-    for (size_t next = 0; next < told.changes.size();) {
+    for (size_t next = 0; next < told.size();) {
       WatchMessage message = MessageOf(commit, incarnation);
-      next = EncodeChanges(told.changes, next, limits, message.mutable_changes());
-      message.set_more(next < told.changes.size());
+      next = EncodeChanges(told, next, limits, message.mutable_changes());
+      message.set_more(next < told.size());
       messages.push_back(message.SerializeAsString());
     }
   }

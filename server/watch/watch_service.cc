@@ -25,20 +25,22 @@ constexpr int kDefaultPageSize = 1000;
 template <typename Request>
 WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, absl::string_view rpc,
                                     const grpc::ByteBuffer& bytes) {
-  const auto request = std::make_shared<Request>();
-  const auto read_request = [&](CallTicket& ticket) -> absl::StatusOr<std::string> {
+  const auto charge_request = [&](CallTicket& ticket) -> absl::Status {
     ticket.Received(bytes);
     HYPERMAP_RETURN_IF_ERROR(CheckQuestionSize(bytes, facilities_.limits));
-    HYPERMAP_RETURN_IF_ERROR(ticket.ChargeRequest(*request, bytes));
-    HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes, request.get()));
-    return MapOf(*request);
+    return ticket.ChargeArrival(Request::default_instance(), bytes);
   };
-  return new WatchCall(
-      context, rpc, read_request,
-      [this, request] {
-        return WatchSource::Open(facilities_, shared_.tuning, &groups_, *request);
-      },
-      &shared_);
+  // gRPC keeps the bytes until OnDone.
+  const auto open_source = [this, &bytes](
+                               CallTicket& ticket,
+                               RequestLog& log) -> absl::StatusOr<std::unique_ptr<WatchSource>> {
+    Request request;
+    HYPERMAP_RETURN_IF_ERROR(ticket.ChargeRest(request, bytes));
+    HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes, &request));
+    log.set_map(MapOf(request));
+    return WatchSource::Open(facilities_, shared_.tuning, &groups_, request);
+  };
+  return new WatchCall(context, rpc, charge_request, open_source, &shared_);
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Watch(
@@ -71,11 +73,13 @@ grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContex
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ListRevisionsRequest, v1::ListRevisionsResponse>(
       facilities_.budgets, context, "ListRevisions", {request, response});
-  return AnswerOn(&facilities_.workers->questions, call,
-                  [this, call] { return AnswerRevisions(call->request(), call->response()); });
+  return AnswerOn(&facilities_.workers->questions, call, [this, call] {
+    return AnswerRevisions(*call, call->request(), call->response());
+  });
 }
 
-absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsRequest& request,
+absl::StatusOr<int64_t> WatchService::AnswerRevisions(UnaryCall& call,
+                                                      const v1::ListRevisionsRequest& request,
                                                       v1::ListRevisionsResponse* response) const {
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities_, request.map(), request.incarnation()));
@@ -95,8 +99,11 @@ absl::StatusOr<int64_t> WatchService::AnswerRevisions(const v1::ListRevisionsReq
   response->set_newest_revision(newest);
   response->set_incarnation(session->incarnation());
   response->set_oldest_revision(kept.oldest);
+  call.set_advice("ask for smaller pages");
   for (const storage::RevisionRecord& record : records) {
-    wire::EncodeRevisionRecord(record, response->add_revisions());
+    v1::RevisionInfo* const encoded = response->add_revisions();
+    wire::EncodeRevisionRecord(record, encoded);
+    HYPERMAP_RETURN_IF_ERROR(ReservePart(call, *encoded));
   }
   return response->revisions_size();
 }

@@ -10,6 +10,7 @@
 #include "absl/time/time.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "server/rpc/facilities.h"
+#include "server/rpc/unary_call.h"
 #include "server/watch/watch_call.h"
 #include "server/watch/watch_group.h"
 #include "server/watch/watch_tuning.h"
@@ -47,7 +48,7 @@ class WatchService : public v1::WatchService::WithRawCallbackMethod_Watch<
   WatchCall* BeginWatch(grpc::CallbackServerContext* context, absl::string_view rpc,
                         const grpc::ByteBuffer& bytes);
   // Returns the number of revisions in the response.
-  absl::StatusOr<int64_t> AnswerRevisions(const v1::ListRevisionsRequest& request,
+  absl::StatusOr<int64_t> AnswerRevisions(UnaryCall& call, const v1::ListRevisionsRequest& request,
                                           v1::ListRevisionsResponse* response) const;
 
   const Facilities facilities_;

@@ -16,29 +16,11 @@
 #include "map/watch/structure.h"
 #include "server/rpc/map_message.h"
 #include "server/rpc/raw_messages.h"
-#include "wire/geometry.h"
-#include "wire/scope.h"
 #include "wire/time.h"
+#include "wire/watch_filter.h"
 
 namespace hypermap::server {
 namespace {
-
-// Decodes the part of the map that a WatchRequest or ReplicateRequest selects.
-template <typename Request>
-absl::StatusOr<WatchFilter> DecodeFilter(const Request& request, WatchFilter::Frames frames,
-                                         const Limits& limits) {
-  WatchFilter filter;
-  Scope scope = wire::DecodeScope(request.scope());
-  filter.layers = std::move(scope.layers);
-  filter.frame_id = std::move(scope.frame_id);
-  filter.frames = frames;
-  if (request.has_area()) {
-    HYPERMAP_ASSIGN_OR_RETURN(Polygon area,
-                              wire::DecodeQuestionArea("area", request.area(), limits));
-    filter.area = std::move(area);
-  }
-  return filter;
-}
 
 // The structure of the map at a revision to start from.
 absl::StatusOr<StructurePtr> StructureAt(MapSession& session, Revision revision) {
@@ -99,8 +81,7 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
   Subscription subscription{.map = request.scope().map(),
                             .incarnation = request.scope().incarnation()};
   HYPERMAP_ASSIGN_OR_RETURN(subscription.filter,
-                            DecodeFilter(request, WatchFilter::Frames::kCaller, facilities.limits));
-  subscription.filter.classes.assign(request.classes().begin(), request.classes().end());
+                            wire::DecodeWatchFilter(request, facilities.limits));
   if (request.coalesce()) subscription.form = WatchGroup::Form::kCoalesced;
   if (request.has_start_revision()) subscription.start_revision = request.start_revision();
   return Open(facilities, tuning, groups, subscription);
@@ -112,9 +93,8 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(
   Subscription subscription{.map = request.scope().map(),
                             .incarnation = request.scope().incarnation(),
                             .form = WatchGroup::Form::kCoalesced};
-  HYPERMAP_ASSIGN_OR_RETURN(
-      subscription.filter,
-      DecodeFilter(request, WatchFilter::Frames::kAsStored, facilities.limits));
+  HYPERMAP_ASSIGN_OR_RETURN(subscription.filter,
+                            wire::DecodeWatchFilter(request, facilities.limits));
   if (request.has_start_revision()) subscription.start_revision = request.start_revision();
   if (request.has_start_time()) {
     if (!request.has_start_revision()) {
@@ -359,7 +339,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommit(SteadyTime now, grpc::
   commit_bytes_ = structure ? Follower::BytesOf(*changes) : 0;
   telling_charge_ = 0;
   structure_ = structure ? structure : StructureAfter(structure_, taken_, *changes);
-  commit_parts_ = follower_.TellInParts(changes, structure_);
+  commit_parts_ = follower_.ReadCommit(changes, structure_);
   if (!commit_parts_) {
     // The newest snapshot instead of the one at taken_: it is in memory, and saves the commits
     // between the two.

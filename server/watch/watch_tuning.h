@@ -11,8 +11,8 @@
 namespace hypermap::server {
 
 // These values decide what watches cost the server (docs/decisions/013-messages-made-once.md);
-// limits that operators set with flags are elsewhere (server/rpc/facilities.h). The defaults are
-// for production, and tests set smaller bounds to reach them.
+// limits that operators set with flags are elsewhere (base/limits/limits.h). The defaults are for
+// production, and tests set smaller bounds to reach them.
 struct WatchTuning {
   // Periods of the clocks at which watches that may coalesce get their next message. A write costs
   // much the same whatever it contains, so that a watch with many changes waits longer and puts

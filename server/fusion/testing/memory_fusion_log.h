@@ -49,11 +49,11 @@ class MemoryFusionLog : public storage::FusionLog {
     return Known{it->second.key, it->second.content_hash,
                  layers_[layer].retracted.count(it->second.key) > 0};
   }
-  absl::StatusOr<std::vector<int64_t>> Sequences(const std::string& layer,
-                                                 const std::string& robot) override {
-    std::vector<int64_t> sequences;
+  absl::StatusOr<std::vector<SequenceRange>> Sequences(const std::string& layer,
+                                                       const std::string& robot) override {
+    std::vector<SequenceRange> sequences;
     for (const auto& [name, o] : layers_[layer].observations) {
-      if (name.first == robot) sequences.push_back(name.second);
+      if (name.first == robot) AppendSequence(name.second, &sequences);
     }
     return sequences;
   }

@@ -6,6 +6,7 @@
 
 #include <map>
 #include <memory>
+#include <new>
 #include <set>
 #include <string>
 #include <utility>
@@ -23,8 +24,10 @@ class TallyStrategy : public fusion::Strategy {
  public:
   explicit TallyStrategy(std::string name) : name_(std::move(name)) {}
 
-  // What a track counts as.
+  // Bytes that a track counts as.
   static constexpr int64_t kBytesOfTrack = 1000;
+  // The label of a detection for which memory fails.
+  static constexpr char kNoMemory[] = "no memory";
 
   struct Track {
     fusion::TrackKey key;
@@ -52,6 +55,7 @@ class TallyStrategy : public fusion::Strategy {
     for (size_t i = 0; i < observation.detections.size(); ++i) {
       const Detection& detection = observation.detections[i];
       const std::string label = detection.scores.begin()->first;
+      if (label == kNoMemory) throw std::bad_alloc();
       if (next->removed.count(label) > 0) continue;
       Track& track = next->by_label[label];
       if (track.pinned) continue;

@@ -59,6 +59,7 @@ class TestServer {
   std::vector<std::string> ScratchFiles() const { return scratch_.Names(); }
   MemoryDisk& disk() { return disk_; }
   Budgets& budgets() { return budgets_; }
+  WorkerPools& workers() { return workers_; }
   Site& site() { return *site_; }
   const std::string& address() const { return server_->address(); }
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }

@@ -11,6 +11,21 @@
 #include "storage/incarnation.h"
 
 namespace hypermap::server {
+namespace {
+
+class MemoryBackup : public storage::MapBackup {
+ public:
+  explicit MemoryBackup(std::string content) : content_(std::move(content)) {}
+  absl::Status WriteTo(const std::string& path) override {
+    std::ofstream(path) << content_;
+    return absl::OkStatus();
+  }
+
+ private:
+  const std::string content_;
+};
+
+}  // namespace
 
 class MemoryMap : public storage::StoredMap {
  public:
@@ -51,9 +66,8 @@ class MemoryMap : public storage::StoredMap {
   }
   storage::FusionLog& fusion_log() override { return file_->fusion; }
   absl::StatusOr<int64_t> BackupBytes() override { return Backup().size(); }
-  absl::Status BackupTo(const std::string& path) override {
-    std::ofstream(path) << Backup();
-    return absl::OkStatus();
+  absl::StatusOr<std::unique_ptr<storage::MapBackup>> OpenBackup() override {
+    return std::make_unique<MemoryBackup>(Backup());
   }
 
  private:
