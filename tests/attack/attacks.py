@@ -18,6 +18,8 @@ class Attack:
     refusal: str = ""
     # A regular expression of a line that the server must log. Empty: none.
     logged: str = ""
+    # The most threads that the server may have.
+    max_threads: int = 120
 
     def title(self):
         return self.function.__name__.replace("_", " ")
@@ -50,6 +52,9 @@ ALL = [
     Attack("B8", files.unpacking_member),
     Attack("unclosed-list", files.unclosed_list,
            refusal="RESOURCE_EXHAUSTED --max_request_bytes"),
+    # 64 threads are the server's own, so that the maps' threads run out before its open files.
+    Attack("B10", large_requests.many_maps, refusal="RESOURCE_EXHAUSTED --max_maps",
+           max_threads=90),
     Attack("B11", files.unread_backups, refusal="RESOURCE_EXHAUSTED --max_scratch_bytes"),
     Attack("slow-readers", connections.slow_readers),
     Attack("random-bytes", connections.random_bytes),

@@ -10,8 +10,8 @@ import zlib
 import grpc
 
 import rpc
-from hypermap.v1 import (edit_service_pb2, exploration_service_pb2, geometry_pb2, layer_pb2,
-                         query_service_pb2)
+from hypermap.v1 import (catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
+                         geometry_pb2, layer_pb2, query_service_pb2)
 
 import http2
 from site_under_attack import PREY, server_stream, unary
@@ -235,6 +235,26 @@ def unreachable_places(site):
             for call in calls:
                 site.tell_result(call)
     yield
+
+
+def many_maps(site):
+    """B10: more maps than there are threads for are created at once and deleted, over and over."""
+    names = [f"map-{i}" for i in range(100)]
+    creations = [(name, catalog_service_pb2.CreateMapRequest(map=name).SerializeToString())
+                 for name in names]
+    yield
+    with site.channel() as channel:
+        while site.attacking():
+            calls = [(name, unary(channel, "CatalogService/CreateMap", message, 20))
+                     for name, message in creations]
+            made = [name for name, call in calls if site.tell_result(call)]
+            for name in made:
+                message = catalog_service_pb2.DeleteMapRequest(map=name).SerializeToString()
+                site.tell_result(unary(channel, "CatalogService/DeleteMap", message, 20))
+    yield
+    with site.client() as client:
+        left = {entry.name for entry in client.ListMaps().maps} & set(names)
+        assert not left, f"{len(left)} maps were not deleted"
 
 
 def compressed_message(site):

@@ -35,8 +35,9 @@ from site_under_attack import PREY
 HERE = pathlib.Path(__file__).resolve().parent
 MEMORY_LIMIT = 1 << 30
 # The address space keeps a server without defence from taking the memory of the machine. The limit
-# of threads holds for a user other than root, of whom there is no other process.
-LIMITS = {resource.RLIMIT_NOFILE: 1024, resource.RLIMIT_AS: 8 << 30, resource.RLIMIT_NPROC: 120}
+# of threads (Attack.max_threads) holds for a user other than root, of whom there is no other
+# process.
+LIMITS = {resource.RLIMIT_NOFILE: 1024, resource.RLIMIT_AS: 8 << 30}
 USER = 64120
 FLAGS = {"memory_limit": MEMORY_LIMIT, "max_scratch_bytes": 512 << 20}
 
@@ -52,7 +53,7 @@ MAX_SERVED_S = 1
 class Round:
     """What was seen in one round of an attack."""
     told: dict
-    # What is wrong apart from the measured times, such as "the server ended".
+    # Faults apart from the measured times, such as "the server ended".
     wrong: list
     # Durations of others' calls in seconds; failed ones count as others.TIMEOUT_S.
     quiet: list
@@ -198,9 +199,10 @@ class Attacker:
 
 
 @contextlib.contextmanager
-def start_server(flags):
-    """Runs a server with LIMITS; gives it with its data folder. If this process may, the server is
-    of the user USER, with a copy of the program that this user can read."""
+def start_server(flags, max_threads):
+    """Runs a server with LIMITS and at most so many threads; gives it with its data folder. If this
+    process may, the server is of the user USER, with a copy of the program that this user can
+    read."""
     with tempfile.TemporaryDirectory(prefix="hypermap-attack-") as folder:
         data_dir, program, user = pathlib.Path(folder) / "data", None, None
         data_dir.mkdir()
@@ -209,13 +211,14 @@ def start_server(flags):
             shutil.copy(BIN / "hypermapd", program)
             pathlib.Path(folder).chmod(0o755)
             os.chown(data_dir, USER, -1)
-        with Server(data_dir, *flags, limits=LIMITS, program=program, user=user) as server:
+        limits = {**LIMITS, resource.RLIMIT_NPROC: max_threads}
+        with Server(data_dir, *flags, limits=limits, program=program, user=user) as server:
             yield server, data_dir
 
 
 def attack_once(attack, form, share, flags):
     """Runs one round against a server of its own."""
-    with start_server(flags) as (server, folder):
+    with start_server(flags, attack.max_threads) as (server, folder):
         make_maps(server)
         with Attacker(attack.name, server.address, server.pid, folder, form, share) as attacker:
             if attacker.read() != "prepared":

@@ -15,6 +15,7 @@
 #include "map/edits/apply.h"
 #include "map/frames/frame_bounds.h"
 #include "map/geometry/polygon.h"
+#include "map/query/query.h"
 
 namespace hypermap::bench {
 namespace {
@@ -100,6 +101,95 @@ Operation MovingFrame(int size) {
       [before = std::move(before), batch = std::move(batch)] { return Apply(before, batch).ok(); };
 }
 
+constexpr char kThings[] = "things";
+
+std::string Numbered(const char* word, int i) { return absl::StrCat(word, i); }
+
+CreateLayer NewLayer(std::string name) {
+  LayerSpec spec;
+  spec.name = std::move(name);
+  return {std::move(spec)};
+}
+
+PutObject Put(std::string layer, const Point& at, ObjectId id = 0) {
+  SemanticObject object;
+  object.id = id;
+  object.label = "cup";
+  object.shape = Shape::MakePointUnchecked(at);
+  return {std::move(layer), std::move(object), ""};
+}
+
+SnapshotPtr MapOf(EditBatch batch) { return Apply(Snapshot(), batch)->snapshot; }
+
+// Returns a map of `size` layers with an object each, and a scope that names all of them.
+std::pair<SnapshotPtr, Scope> ManyLayers(int size) {
+  EditBatch batch;
+  Scope scope;
+  for (int i = 0; i < size; ++i) {
+    scope.layers.push_back(Numbered("layer", i));
+    batch.edits.push_back(NewLayer(scope.layers.back()));
+    batch.edits.push_back(Put(scope.layers.back(), {1, 1}));
+  }
+  return {MapOf(std::move(batch)), std::move(scope)};
+}
+
+// Asks what is at a point, of `size` layers by their names.
+Operation LayersAtAPoint(int size) {
+  auto [snapshot, scope] = ManyLayers(size);
+  return [snapshot = std::move(snapshot), scope = std::move(scope), size] {
+    int found = 0;
+    const auto count = [&found](const LayerPtr&, const PlanarTransform&, PointContent content) {
+      found += static_cast<int>(content.objects.size());
+    };
+    return VisitContentAt(*snapshot, scope, {1, 1}, 0.0, count).ok() && found == size;
+  };
+}
+
+// Asks what is in an area, of `size` layers by their names.
+Operation LayersInAnArea(int size) {
+  auto [snapshot, scope] = ManyLayers(size);
+  return [snapshot = std::move(snapshot), scope = std::move(scope), size] {
+    const auto reader = ContentIn(snapshot, scope, *Polygon::Make(Square(0, 0, 2)));
+    int found = 0;
+    while (reader.ok() && !(*reader)->done()) {
+      found += static_cast<int>((*reader)->Next(/*max_items=*/100).part.objects.size());
+    }
+    return found == size;
+  };
+}
+
+// Applies a batch that adds `size` objects, or replaces each of them.
+Operation PutObjects(int size, bool replaces) {
+  EditBatch first{{NewLayer(kThings)}};
+  EditBatch puts;
+  for (int i = 0; i < size; ++i) {
+    const Point at{1.0 * (i % 100), 1.0 * i / 100};
+    if (replaces) first.edits.push_back(Put(kThings, at));
+    puts.edits.push_back(Put(kThings, {at.x, at.y + 1}, replaces ? i + 1 : 0));
+  }
+  return [before = MapOf(std::move(first)), puts = std::move(puts)] {
+    return Apply(*before, puts).ok();
+  };
+}
+
+// Sets `size` aliases of a layer in one edit, or in an edit each when it has as many already.
+Operation Aliases(int size, bool one_by_one) {
+  EditBatch first{{NewLayer(kThings)}};
+  ValueAliases aliases;
+  EditBatch batch;
+  for (int i = 0; i < size; ++i) {
+    const std::string alias = Numbered("alias", i);
+    aliases.insert_or_assign(alias, {Numbered("label", i)});
+    if (one_by_one) {
+      batch.edits.push_back(SetAliases{kThings, {{alias, {Numbered("other", i)}}}});
+    }
+  }
+  (one_by_one ? first : batch).edits.push_back(SetAliases{kThings, aliases});
+  return [before = MapOf(std::move(first)), batch = std::move(batch)] {
+    return Apply(*before, batch).ok();
+  };
+}
+
 std::map<std::string, std::function<Operation(int size)>> Operations() {
   return {
       {"polygon_with_holes", [](int size) { return HolesSideBySide(size, /*overlap=*/false); }},
@@ -109,6 +199,12 @@ std::map<std::string, std::function<Operation(int size)>> Operations() {
       {"polygon_of_nested_holes", NestedHoles},
       {"chains_of_frames", ChainsOfFrames},
       {"moving_frame", MovingFrame},
+      {"layers_at_a_point", LayersAtAPoint},
+      {"layers_in_an_area", LayersInAnArea},
+      {"new_objects", [](int size) { return PutObjects(size, /*replaces=*/false); }},
+      {"replaced_objects", [](int size) { return PutObjects(size, /*replaces=*/true); }},
+      {"aliases_in_one_edit", [](int size) { return Aliases(size, /*one_by_one=*/false); }},
+      {"aliases_one_by_one", [](int size) { return Aliases(size, /*one_by_one=*/true); }},
   };
 }
 

@@ -35,6 +35,12 @@ GROWTH = {
     "polygon_of_nested_holes": 2_000,
     "chains_of_frames": 1_024,
     "moving_frame": 1_000,
+    "layers_at_a_point": 1_000,
+    "layers_in_an_area": 1_000,
+    "new_objects": 2_000,
+    "replaced_objects": 2_000,
+    "aliases_in_one_edit": 2_000,
+    "aliases_one_by_one": 2_000,
 }
 # Maximum ratio of the instructions for an input of four times the size. O(n log n) is below 5, and
 # O(n^2) is 16.

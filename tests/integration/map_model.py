@@ -14,7 +14,7 @@ SIDE = 160
 # Resolution of each grid in metres. The corners and centres of all cells are exact numbers.
 GRIDS = {"grid": 0.5, "signal": 0.25}
 CELL_VALUES = [0.0, 0.25, 0.5, 0.75, 1.0]
-# What each word selects of an array of cells; the words are those of occupancy or of all grids.
+# The cells of an array that each word selects; the words are those of occupancy or of all grids.
 WORDS = {
     "grid": {"free": lambda v: v < oracle.FREE_BELOW,
              "occupied": lambda v: v > oracle.OCCUPIED_ABOVE, "=0.5": lambda v: v == 0.5},

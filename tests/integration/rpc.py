@@ -29,10 +29,10 @@ def methods():
 class Client:
     """A client with one method per rpc: `client.GetMap(map="office")`.
 
-    Arguments are the request's fields as in protobuf's JSON (or one iterable of such requests where
-    the client streams); the answer is the message, or an iterator of messages. Errors are
-    grpc.RpcError. `client.GetMap.begin(map="office")` does not wait for the answer, and returns the
-    grpc.Call, which can be cancelled.
+    Arguments are the request's fields as in protobuf's JSON, or the request as a message (where the
+    client streams, one iterable of requests as in JSON); the answer is the message, or an iterator
+    of messages. Errors are grpc.RpcError. `client.GetMap.begin(map="office")` does not wait for the
+    answer, and returns the grpc.Call, which can be cancelled.
     """
 
     def __init__(self, address):
@@ -50,18 +50,21 @@ class Client:
             path, request_serializer=request_type.SerializeToString,
             response_deserializer=response_type.FromString)
 
+        def message(requests, fields):
+            return requests[0] if requests else json_format.ParseDict(fields, request_type())
+
         def invoke(*requests, timeout=DEADLINE_S, **fields):
             if kind.startswith("stream"):
                 sent = (json_format.ParseDict(r, request_type()) for r in requests[0])
             else:
-                sent = json_format.ParseDict(fields, request_type())
+                sent = message(requests, fields)
             return call(sent, timeout=timeout, wait_for_ready=False)
 
         def begin(*requests, timeout=DEADLINE_S, **fields):
             if kind.startswith("stream"):
                 sent = iter([json_format.ParseDict(r, request_type()) for r in requests[0]])
             else:
-                sent = json_format.ParseDict(fields, request_type())
+                sent = message(requests, fields)
             return (call if kind.endswith("stream") else call.future)(sent, timeout=timeout)
 
         invoke.begin = begin

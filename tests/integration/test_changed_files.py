@@ -361,7 +361,7 @@ class DamagedLogs(SiteTest):
                 self.check_history(opened, site, client)
                 newest, content = self.check_followers(opened, site, client)
                 site.kill()
-            # What is acknowledged after the damage is kept as well.
+            # Edits that are acknowledged after the damage are kept as well.
             with Server(data_dir) as site, rpc.Client(site.address) as client:
                 after = client.GetMap(map="site").map
                 self.assertEqual((after.revision, after.incarnation), (newest, opened.incarnation))

@@ -97,7 +97,7 @@ def window(stream, value):
     return http2.frame(http2.WINDOW_UPDATE, 0, stream, struct.pack(">I", value))
 
 
-# What is sent instead of the preface of HTTP/2.
+# Bytes that are sent instead of the preface of HTTP/2.
 PREFACES = [
     ("nothing", b""), ("half of the preface", http2.PREFACE[:12]),
     ("a wrong preface", http2.PREFACE.replace(b"SM", b"XX")),
@@ -108,7 +108,7 @@ PREFACES = [
     ("the preface twice", http2.PREFACE * 2),
 ]
 
-# What is sent after the preface and the settings.
+# Bytes that are sent after the preface and the settings.
 FRAMES = [
     ("a frame that is longer than what comes",
      b"\x00\x40\x00" + bytes([http2.DATA, 0, 0, 0, 0, 1])),

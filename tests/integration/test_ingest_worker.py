@@ -374,7 +374,7 @@ class Serve(WorkerTest):
                     client, [opening, recordings.request(self.frames[0], 0)])
                 self.assertEqual(code, grpc.StatusCode.INVALID_ARGUMENT)
                 self.assertRegex(message, rf"^opening\.camera\.{field}\S* is .*must lie in")
-        # Of numbers that a camera may have, none does harm.
+        # Extreme numbers that a camera may have do no harm.
         for i, camera in enumerate(({"fx": 1, "fy": 1}, {"fx": 1e6}, {"cx": -1e6},
                                     {"distortion": [1e6, -1e6, 1e6, 1e6, -1e6]})):
             opening = recordings.opening(f"odd{i}")

@@ -1,5 +1,5 @@
-"""docs/limits.md has a row for each rpc, and the flags that bound it exist; the content of all maps
-keeps its limit."""
+"""docs/limits.md has a row for each rpc, which tells what it holds and what its time
+grows with; the flags in it exist; the content of all maps keeps its limit."""
 
 import os
 import re
@@ -12,8 +12,10 @@ import rpc
 import sites
 from processes import BIN, DEADLINE_S, ROOT, SiteTest
 
-# `| Rpc | holds at most | bounded by |`
-ROW = re.compile(r"^\| ([A-Z]\w+) \| (.+) \| (.+) \|$", re.MULTILINE)
+# `| Rpc | holds at most | bounded by | processor time grows with; workers |`
+ROW = re.compile(r"^\| ([A-Z]\w+) \|([^|\n]*)\|([^|\n]*)\|([^|\n]*)\|$", re.MULTILINE)
+# Words for the classes of workers (server/rpc/worker_pools.h).
+WORKERS = ("questions", "watches", "writes", "openings", "files", "uploads", "explorations")
 # The rpcs of FrameService, which hypermap-ingest serves.
 OF_INGEST = {"StreamFrames"}
 INGEST = BIN / "hypermap-ingest"
@@ -27,6 +29,15 @@ class Limits(unittest.TestCase):
     def test_each_rpc_has_one_row(self):
         rpcs = {method.name for _, _, method in rpc.methods()}
         self.assertEqual(sorted(row[0] for row in self.rows), sorted(rpcs))
+
+    def test_each_row_tells_what_is_held_what_it_costs_and_who_works(self):
+        for name, holds, bounds, cost in self.rows:
+            with self.subTest(name):
+                for cell in (holds, bounds, cost):
+                    self.assertTrue(cell.strip())
+                if cost.strip().startswith("as ") or name in OF_INGEST:
+                    continue  # As another rpc, or on a thread of its own.
+                self.assertTrue(any(w in cost.lower() for w in WORKERS), cost)
 
     def test_the_flags_that_bound_them_exist(self):
         shown = subprocess.run([BIN / "hypermapd", "--helpfull"], capture_output=True, text=True,
@@ -42,9 +53,9 @@ class Limits(unittest.TestCase):
         self.check_flags(flags, [row for row in self.rows if row[0] in OF_INGEST])
 
     def check_flags(self, flags, rows):
-        for name, _, bounds in rows:
+        for name, _, bounds, cost in rows:
             with self.subTest(name):
-                for flag in re.findall(r"`--(\w+)`", bounds):
+                for flag in re.findall(r"`--(\w+)`", bounds + cost):
                     self.assertIn(flag, flags)
 
 
@@ -104,7 +115,7 @@ class Content(SiteTest):
                 client.ApplyEdits(map="site", edits=[fill_comb(2, 0.7)])
             self.assertNotIn("shut down", server.log())
             self.assertEqual(server.stop(), 0)
-        # What is stored takes more than this server may use.
+        # The stored maps take more than this server may use.
         with self.server(limit_memory(240 * MIB)) as server:
             with rpc.Client(server.address) as other, rpc.Client(server.address) as client:
                 self.assert_served(other, "other")

@@ -4,6 +4,7 @@ backups and questions, and a server with more maps than it can open serves those
 import base64
 import concurrent.futures
 import json
+import os
 import resource
 import socket
 import unittest
@@ -79,7 +80,7 @@ class ManyMaps(SiteTest):
         self.assertEqual(self.files(), ["lab", "office"])
         self.assertEqual(self.names(client), ["lab", "office"])
         self.assertFalse(list(self.data_dir.glob("*attic*")) + list(self.data_dir.glob(".*attic*")))
-        # What needs no new map goes on.
+        # Calls that need no new map go on.
         client.CreateMap(map="office", request_id="r1")
         client.ImportMap(upload("lab"))
         client.DeleteMap(map="lab")
@@ -148,7 +149,7 @@ class ManyMaps(SiteTest):
         self.assert_too_many(lambda: client.GetMap(map=all_maps[-1]))
         self.assert_too_many(lambda: client.CreateMap(map="another"))
 
-        # Those that are not open can be deleted, and take the place of open ones.
+        # Maps that are not open can be deleted, and take the place of open ones.
         client.DeleteMap(map=all_maps[-1])
         self.assertEqual(self.names(client), all_maps[:-1])
         client.DeleteMap(map=opened[0])
@@ -170,6 +171,17 @@ class ManyMaps(SiteTest):
             self.server_with_files(256, "--max_maps=1000")
         self.assertIn("--max_maps=1000 is more than the", str(failed.exception))
         self.assertIn("ulimit -n", str(failed.exception))
+
+    def test_too_little_address_space_is_said_at_the_start(self):
+        with self.assertRaises(AssertionError) as failed:
+            Server(self.data_dir, limits={resource.RLIMIT_AS: 512 << 20})
+        self.assertIn("ulimit -v", str(failed.exception))
+        # The stacks of 48 threads, and of 8 for each processor, and room for the rest.
+        enough = ((48 + 8 * os.cpu_count()) * 8 + 512) << 20
+        site = self.enterContext(Server(self.data_dir, limits={resource.RLIMIT_AS: enough}))
+        with rpc.Client(site.address) as client:
+            client.CreateMap(map="site")
+            self.assertEqual(self.names(client), ["site"])
 
 
 if __name__ == "__main__":

@@ -99,6 +99,8 @@ class Package(SiteTest):
                     self.assertRegex(name, r"^absl/", pathlib.Path(header).name)
             self.assertNotRegex(header.read_text(), r"#include <(grpc|google|sqlite)", header.name)
         self.assertGreater(len(public), 20)
+        for header in (prefix / "include").rglob("*.h"):
+            self.assertNotIn("#include <geos_c.h>", header.read_text(), header.name)
 
 
 if __name__ == "__main__":

@@ -2,11 +2,18 @@
 
 import signal
 import socket
+import time
 import unittest
 
 import rpc
 import sites
-from processes import SiteTest, start_and_fail
+from processes import DEADLINE_S, SiteTest, start_and_fail
+from test_all_at_once import threads_of
+
+THREAD_NAMES = {
+    "hm-listener", "hm-handover", "hm-timers", "hm-writer", "hm-questions", "hm-long-q",
+    "hm-watches", "hm-writes", "hm-long-writes", "hm-openings", "hm-files", "hm-uploads",
+    "hm-explorations"}
 
 
 class StartAndStop(SiteTest):
@@ -15,6 +22,20 @@ class StartAndStop(SiteTest):
         site = self.server()
         self.assertEqual(site.stdout.decode(), f"hypermapd ready on 127.0.0.1:{site.port}\n")
         socket.create_connection(("127.0.0.1", int(site.port)), timeout=5).close()
+
+    def test_only_the_main_thread_has_the_name_of_the_program(self):
+        site = self.server()
+        with rpc.Client(site.address) as client:
+            sites.make(client)
+        deadline = time.monotonic() + DEADLINE_S
+        # A thread has the name of the one that started it until it gives itself another.
+        while True:
+            threads = threads_of(site.pid)
+            names = {name for name in threads if name.startswith("hm-")}
+            if threads["hypermapd"] == 1 and names == THREAD_NAMES:
+                break
+            self.assertLess(time.monotonic(), deadline, threads)
+            time.sleep(0.01)
 
     def test_a_missing_data_folder_is_made(self):
         site = self.server(data_dir=self.folder / "new" / "data")

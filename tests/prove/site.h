@@ -19,7 +19,7 @@
 
 namespace hypermap::prove {
 
-// What has not come after this time does not come.
+// How long a proof waits for an event before it takes it for lost.
 inline constexpr absl::Duration kPatience = absl::Minutes(5);
 
 // The folder is removed at destruction.

@@ -21,7 +21,7 @@ constexpr int kCallsOfRound = 50'000;
 // About the size of a QueryPoint.
 constexpr int kRequestBytes = 40;
 
-// What calls with a small request do for their admission: each is counted, its message explains
+// Does the admission of calls with a small request: each is counted, its message explains
 // bytes of its connection, and it is counted no longer. Returns the CPU seconds of one.
 double AdmitCalls(server::Budgets* budgets, const std::vector<std::string>& peers) {
   const grpc::Slice slice(std::string(kRequestBytes, 'x'));

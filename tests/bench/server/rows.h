@@ -74,7 +74,7 @@ absl::Status AddImportRow(Bench& bench);
 absl::Status AddOpenRows(Bench& bench, const GeneratedSite& site, const std::string& folder);
 absl::Status AddQuestionRows(Bench& bench, const GeneratedSite& site,
                              const testing::ServerProcess& server);
-// What the admission of a call takes of the CPU of a QueryPoint.
+// Measures the share of a QueryPoint's CPU that its admission takes.
 absl::Status AddAdmissionRow(Bench& bench, const testing::ServerProcess& server,
                              const Channels& channels, const Calls& point_calls);
 absl::Status AddPointsRows(Bench& bench, const GeneratedSite& site,
