@@ -12,8 +12,8 @@
 # A failed test does not stop the rest. The last line counts the tests of all builds; the exit code
 # is 0 if none has failed.
 #
-# What is not done under the sanitizers when the time is over is left out, and the summary says so:
-# CI gives 90 minutes, and would tell nothing after them. On two cores all takes 45 to 60.
+# Tests under the sanitizers that are not done when the time is over are left out, and the summary
+# says so: CI gives 90 minutes, and would tell nothing after them. On two cores all takes 45 to 60.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
