@@ -232,7 +232,18 @@ TEST_F(ConnectionListenerTest, MemoryThatTheServerKeepsIsNotThatOfConnections) {
   EXPECT_TRUE(Eventually([&] { return listener_->num_shut_down() == 1; }));
 }
 
+// Whether the memory of this program is that of glibc, and not that of a sanitizer.
+bool HasAllocatorOfGlibc() {
+#if defined(__has_feature)
+#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
+  return false;
+#endif
+#endif
+  return true;
+}
+
 TEST_F(ConnectionListenerTest, MemoryOfAPeakIsReturnedToTheSystem) {
+  if (!HasAllocatorOfGlibc()) GTEST_SKIP() << "sanitizers keep what is freed";
   constexpr int kPieces = 200'000;
   Start({10, 10}, int64_t{1} << 40);
   const FileDescriptor client = Connect();
