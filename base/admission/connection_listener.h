@@ -123,7 +123,8 @@ class ConnectionListener {
   // `resident` and `most` as in GuardMemory.
   void GuardStreams(int64_t resident, int64_t most);
   void GuardMemory();
-  // Returns freed memory to the system now and then while `resident` is well above what it once was.
+  // Returns freed memory to the system now and then while `resident` is well above what it once
+  // was.
   void ReturnAfterPeak(int64_t resident);
   // Bytes that connections can't have freed.
   int64_t KeptBytes();

@@ -222,8 +222,7 @@ std::vector<ShutDownPeer> OpenConnections::ShutDownFloods() {
     connection.looked = now;
     connection.looked_waiting_bytes = candidate.waiting;
     connection.looked_received_bytes = candidate.received;
-    const ssize_t size =
-        recv(socket.get(), bytes.get(), kMaxChainedBytes, MSG_PEEK | MSG_DONTWAIT);
+    const ssize_t size = recv(socket.get(), bytes.get(), kMaxChainedBytes, MSG_PEEK | MSG_DONTWAIT);
     if (size <= 0) continue;
     const absl::string_view reason = FloodOf({bytes.get(), static_cast<size_t>(size)}, &connection);
     if (reason.empty()) continue;

@@ -25,8 +25,8 @@ absl::Status CheckKind(const Snapshot& snapshot, const std::string& layer, Layer
 absl::Status CheckTakesPolygons(const Snapshot& snapshot, const std::string& layer) {
   HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr found, snapshot.GetLayer(layer));
   if (found->spec().shape_kinds.Contains(ShapeKind::kPolygon)) return absl::OkStatus();
-  return absl::FailedPreconditionError(absl::StrCat(
-      "layer \"", layer, "\" takes no polygons, which fusion makes of observations"));
+  return absl::FailedPreconditionError(
+      absl::StrCat("layer \"", layer, "\" takes no polygons, which fusion makes of observations"));
 }
 
 // The layer whose object the edit puts or deletes; empty for other edits.

@@ -108,9 +108,9 @@ std::invoke_result_t<Work> GroupCommit::Fuse(const Work& work) {
 
 absl::StatusOr<GroupCommit::Step> GroupCommit::Edit(const EditBatch& batch) {
   HYPERMAP_RETURN_IF_ERROR(CheckLayers(*tip_, batch, limits_.max_layers));
-  HYPERMAP_ASSIGN_OR_RETURN(
-      AppliedBatch applied,
-      UnlessMemoryFails([&] { return Apply(*tip_, batch, limits_, Room()); }));
+  HYPERMAP_ASSIGN_OR_RETURN(AppliedBatch applied, UnlessMemoryFails([&] {
+                              return Apply(*tip_, batch, limits_, Room());
+                            }));
   const int64_t growth = ContentGrowth(*tip_, *applied.snapshot);
   HYPERMAP_RETURN_IF_ERROR(Grow(growth, /*may_be_refused=*/!OnlyRemoves(batch)));
   absl::StatusOr<FusionReaction> reaction =
@@ -202,9 +202,8 @@ void GroupCommit::Add(ObservationSubmission submission, absl::Time time, Verdict
     pending_.push_back(PendingVerdicts{std::move(done), std::move(room)});
     return;
   }
-  absl::StatusOr<std::vector<ObservationVerdict>> verdicts = Fuse([&] {
-    return fusion_->Admit(*tip_, submission.layer, submission.observations, time);
-  });
+  absl::StatusOr<std::vector<ObservationVerdict>> verdicts =
+      Fuse([&] { return fusion_->Admit(*tip_, submission.layer, submission.observations, time); });
   const bool accepted =
       verdicts.ok() && std::any_of(verdicts->begin(), verdicts->end(), [](const auto& verdict) {
         return verdict.outcome == ObservationOutcome::kAccepted;
