@@ -169,8 +169,10 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // Sets status_.
   void Parse() {
     is_parsed_ = true;
-    status_ = ticket_.ChargeRest(Request::default_instance(), bytes_);
-    if (status_.ok()) status_ = ParseRequest(bytes_, request_);
+    status_ = UnlessMemoryFails([&]() -> absl::Status {
+      HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRest(Request::default_instance(), bytes_));
+      return ParseRequest(bytes_, request_);
+    });
     log_.set_map(MapOf(*request_));
   }
 

@@ -73,6 +73,13 @@ class ManyClients(SiteTest):
         with rpc.Client(self.site.address) as newcomer:
             newcomer.GetMap(map="other")
 
+    def assert_grown_at_most(self, most, before, what):
+        """The server has taken at most this much memory since it had `before` bytes."""
+        grown = resident(self.site.pid) - before
+        print(f"{grown / MIB:.0f} MiB for {what}, from {before / MIB:.0f} MiB")
+        if not IS_SANITIZED:
+            self.assertLess(grown, most)
+
     def connect(self, count):
         """Returns connections on which the server has answered to SETTINGS. They come from several
         addresses, because new ones of one address would have to wait."""
@@ -115,10 +122,7 @@ class ManyClients(SiteTest):
         for watch in watches:
             self.assertEqual(next(answer.revision for answer in watch if answer.changes), revision)
         self.assert_others_are_served()
-        grown = resident(self.site.pid) - before
-        print(f"{grown / MIB:.0f} MiB for 1,000 watches")
-        if not IS_SANITIZED:
-            self.assertLess(grown, 512 * MIB)
+        self.assert_grown_at_most(512 * MIB, before, "1,000 watches")
         for watch in watches:
             watch.cancel()
 
@@ -134,10 +138,7 @@ class ManyClients(SiteTest):
             for connection in connections:
                 connection.sendall(b"x")
             self.assert_others_are_served()
-        grown = resident(self.site.pid) - before
-        print(f"{before / MIB:.0f} MiB, and {grown / MIB:.0f} MiB more while bytes come")
-        if not IS_SANITIZED:
-            self.assertLess(grown, 32 * MIB)
+        self.assert_grown_at_most(32 * MIB, before, "1,000 headers that come byte by byte")
         for connection in connections:
             connection.close()
         self.assert_sockets_are_closed(sockets_before)
