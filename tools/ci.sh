@@ -17,6 +17,8 @@
 set -euo pipefail
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
+# Many tests wait for a server, a browser or a clock.
+test_jobs=$((jobs + 1))
 logs=build/ci
 mkdir -p "$logs"
 
@@ -29,7 +31,7 @@ stage() { printf '\n== %s (after %d min)\n' "$1" $((SECONDS / 60)); }
 run_tests() {
   local name=$1 folder=$2
   shift 2
-  ctest --test-dir "$folder" --output-on-failure --parallel "$jobs" \
+  ctest --test-dir "$folder" --output-on-failure --parallel "$test_jobs" \
     --output-log "$logs/$name.log" "$@" || true
 }
 
@@ -48,7 +50,7 @@ run_sanitized() {
     return
   fi
   stage "$name: tests"
-  within_limit ctest --test-dir "build/$name" --output-on-failure --parallel "$jobs" \
+  within_limit ctest --test-dir "build/$name" --output-on-failure --parallel "$test_jobs" \
     --output-log "$logs/$name.log" --label-regex "$labels" --label-exclude long || true
   ((SECONDS < limit_s)) || left_out+=("the rest of $name")
 }

@@ -333,6 +333,8 @@ void MapSession::Close() {
 
 void MapSession::RunWriter() {
   while (std::optional<std::vector<QueuedSubmission>> submissions = TakeSubmissions()) {
+    // Whoever writes looks at the files itself.
+    if (submissions->empty()) CheckFiles();
     Commit(*std::move(submissions));
     RunTasks();
     MaintainMap();
@@ -450,7 +452,6 @@ void MapSession::MaintainMap() {
     if (closing_) return;
     idle = queue_.submissions.empty();
   }
-  CheckFiles();
   if (is_broken_) return;
   time_.ReadClocks();
   KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/false));

@@ -182,7 +182,8 @@ absl::Status GeoPackageMap::WriteChecked(absl::Span<const Commit> commits) {
   // Commits that went to a file that was replaced meanwhile must not be acknowledged; and that is
   // the reason, if writing failed. That nothing can be told at the moment is no reason to deny
   // commits that are durable.
-  absl::Status check = files_->Check();
+  // A commit has looked at the files when it was written.
+  absl::Status check = status.ok() ? files_->problem() : files_->Check();
   if (absl::IsDataLoss(check)) return check;
   if (status.ok()) KeepWitness(commits.back());
   return status;

@@ -70,16 +70,26 @@ OpenFiles::OpenFiles(Database* writer, const Stamp& file, const Stamp& log)
 
 OpenFiles::~OpenFiles() { sqlite3_wal_hook(writer_->handle(), nullptr, nullptr); }
 
-int OpenFiles::AfterCommit(void* files, sqlite3* handle, const char* schema, int log_pages) {
-  auto* self = static_cast<OpenFiles*>(files);
-  if (absl::string_view(schema) != "main") return SQLITE_OK;
-  const absl::StatusOr<Fault> fault = self->FindFault(/*log_may_be_shorter=*/true);
-  if (!fault.ok() || *fault != Fault::kNone) return SQLITE_OK;
+int OpenFiles::AfterCommit(void* files, sqlite3* /*handle*/, const char* schema, int log_pages) {
+  if (absl::string_view(schema) == "main") static_cast<OpenFiles*>(files)->Committed(log_pages);
+  return SQLITE_OK;
+}
+
+void OpenFiles::Committed(int log_pages) {
+  if (fault_ != Fault::kNone) return;
+  Stamp log;
+  const absl::StatusOr<Fault> fault = FindFault(&log);
+  if (!fault.ok()) return;  // The next Check tells it.
+  fault_ = *fault;
+  if (fault_ != Fault::kNone) return;
+  // SQLite itself may have shortened it, because of PRAGMA journal_size_limit.
+  log_ = log;
+  if (log_pages < kPagesPerCheckpoint) return;
   // The checkpoint that SQLite would run without this hook. If it fails, the next commit tries it
   // again; the commit itself is in the log.
-  if (log_pages >= kPagesPerCheckpoint) sqlite3_wal_checkpoint(handle, schema);
-  self->Remember();
-  return SQLITE_OK;
+  sqlite3_wal_checkpoint(writer_->handle(), "main");
+  Remember();
+  Check().IgnoreError();
 }
 
 void OpenFiles::Remember() {
@@ -92,13 +102,12 @@ void OpenFiles::Remember() {
 
 absl::Status OpenFiles::Check() {
   if (fault_ == Fault::kNone) {
-    HYPERMAP_ASSIGN_OR_RETURN(const Fault fault, FindFault(/*log_may_be_shorter=*/false));
-    fault_ = fault;
+    HYPERMAP_ASSIGN_OR_RETURN(fault_, FindFaultOrShorterLog());
   }
   return ProblemOf(fault_);
 }
 
-absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFault(bool log_may_be_shorter) const {
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFault(Stamp* log_now) const {
   const absl::StatusOr<Stamp> file = Look(writer_->path());
   if (absl::IsNotFound(file.status())) return Fault::kRemoved;
   HYPERMAP_RETURN_IF_ERROR(file.status());
@@ -106,16 +115,19 @@ absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFault(bool log_may_be_shorter) c
   if (file->size != file_.size || file->modified_ns != file_.modified_ns) {
     return Fault::kOverwritten;
   }
-  return FindFaultOfLog(log_may_be_shorter);
-}
-
-absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultOfLog(bool may_be_shorter) const {
   const absl::StatusOr<Stamp> log = Look(log_path_);
   if (absl::IsNotFound(log.status())) return Fault::kLogRemoved;
   HYPERMAP_RETURN_IF_ERROR(log.status());
   if (!log->SameFile(log_)) return Fault::kLogRemoved;
-  const bool is_shortened = !may_be_shorter && log->size < log_.size;
-  return is_shortened ? Fault::kLogShortened : Fault::kNone;
+  *log_now = *log;
+  return Fault::kNone;
+}
+
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultOrShorterLog() const {
+  Stamp log = log_;
+  HYPERMAP_ASSIGN_OR_RETURN(const Fault fault, FindFault(&log));
+  if (fault != Fault::kNone) return fault;
+  return log.size < log_.size ? Fault::kLogShortened : Fault::kNone;
 }
 
 absl::Status OpenFiles::CheckIdentity() const {
@@ -129,7 +141,7 @@ absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultAtEnd() const {
   // Commits may be missing in a log that was shortened, also if it has grown again since. All other
   // faults may have passed: no commit was written while they lasted.
   if (fault_ == Fault::kLogShortened) return fault_;
-  return FindFault(/*log_may_be_shorter=*/false);
+  return FindFaultOrShorterLog();
 }
 
 void OpenFiles::Finish() {

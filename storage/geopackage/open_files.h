@@ -35,6 +35,9 @@ class OpenFiles {
   // be told now.
   absl::Status Check();
 
+  // What the last Check or commit found, without another look.
+  absl::Status problem() const { return ProblemOf(fault_); }
+
   // Whether the path still names the file that was opened. Any thread may call this.
   absl::Status CheckIdentity() const;
 
@@ -61,12 +64,15 @@ class OpenFiles {
   // NOT_FOUND if the path names nothing.
   static absl::StatusOr<Stamp> Look(const std::string& path);
   static absl::Status ProblemOf(Fault fault);
-  // The callback of sqlite3_wal_hook.
+  // The callback of sqlite3_wal_hook, which calls Committed.
   static int AfterCommit(void* files, sqlite3* handle, const char* schema, int log_pages);
+  // Looks at the files once the log has `log_pages` pages by a commit; runs a checkpoint if they
+  // are many.
+  void Committed(int log_pages);
 
-  // SQLite itself may shorten the log when it commits, because of PRAGMA journal_size_limit.
-  absl::StatusOr<Fault> FindFault(bool log_may_be_shorter) const;
-  absl::StatusOr<Fault> FindFaultOfLog(bool may_be_shorter) const;
+  // Without a fault, `log_now` becomes the log as it is now, and the file is as it was left.
+  absl::StatusOr<Fault> FindFault(Stamp* log_now) const;
+  absl::StatusOr<Fault> FindFaultOrShorterLog() const;
   // The fault that matters when the map is closed.
   absl::StatusOr<Fault> FindFaultAtEnd() const;
   // Remembers the files after the writer has written to them.

@@ -9,11 +9,11 @@
 namespace hypermap::storage {
 namespace {
 
-thread_local int unpaced = 0;  // how many UnpacedWrites live on this thread
+thread_local int unpaced = 0;    // how many UnpacedWrites live on this thread
+thread_local PacedWrites paced;  // the writes of SQLite on this thread
 
 // Called by SQLite in place of the function of the system.
 ssize_t PacedPwrite(int fd, const void* bytes, size_t size, off_t offset) {
-  thread_local PacedWrites paced;
   const ssize_t written = pwrite(fd, bytes, size, offset);
   if (written <= 0 || unpaced > 0) return written;
   const int error = paced.Wrote(fd, written);
@@ -43,6 +43,8 @@ int PacedWrites::Wrote(int fd, int64_t bytes) {
 UnpacedWrites::UnpacedWrites() { ++unpaced; }
 
 UnpacedWrites::~UnpacedWrites() { --unpaced; }
+
+void SqliteHasSynced() { paced.Synced(); }
 
 void PaceWritesOfSqlite() {
   sqlite3_vfs* const files = sqlite3_vfs_find("unix");

@@ -19,6 +19,9 @@ class PacedWrites {
   // not tell it again: the write has failed.
   int Wrote(int fd, int64_t bytes);
 
+  // Begins a new piece: what was written before is on the disk.
+  void Synced() { piece_bytes_ = 0; }
+
  private:
   int fd_ = -1;
   int64_t piece_bytes_ = 0;  // what was written to fd_ and not sent on
@@ -33,6 +36,10 @@ class UnpacedWrites {
   UnpacedWrites(const UnpacedWrites&) = delete;
   UnpacedWrites& operator=(const UnpacedWrites&) = delete;
 };
+
+// Tells that all that SQLite wrote on this thread is on the disk. Without it, small commits, each
+// of which was synced, would add up to a piece, and one of them would wait for the disk twice.
+void SqliteHasSynced();
 
 // Lets SQLite write all files of this process so. A piece that the disk did not take is an error of
 // the write that filled it (SQLITE_IOERR or SQLITE_FULL).

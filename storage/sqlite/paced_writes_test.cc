@@ -48,5 +48,14 @@ TEST(PacedWritesTest, ErrorsAreToldOncePerFullPiece) {
   EXPECT_EQ(paced.Wrote(-1, 1), 0);
 }
 
+TEST(PacedWritesTest, WritesThatAreSyncedDoNotAddUpToAPiece) {
+  PacedWrites paced;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(paced.Wrote(-1, kPiece - 1), 0);
+    paced.Synced();
+  }
+  EXPECT_EQ(paced.Wrote(-1, kPiece), EBADF);
+}
+
 }  // namespace
 }  // namespace hypermap::storage

@@ -299,6 +299,7 @@ Transaction::~Transaction() {
 absl::Status Transaction::Commit() {
   HYPERMAP_RETURN_IF_ERROR(database_->Run("COMMIT"));
   database_ = nullptr;
+  SqliteHasSynced();
   return absl::OkStatus();
 }
 
