@@ -24,8 +24,8 @@
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
+#include "base/sync/cancel_scope.h"
 #include "base/sync/deadline.h"
-#include "base/sync/handed_over.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/raw_messages.h"
@@ -136,20 +136,17 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void OnCancel() override {
+    const CancelScope in_cancel(this);
     // gRPC also cancels calls whose deadline has passed.
     if (!IsPastDeadline(*context_)) ticket_.Cancelled();
     if (wait_) wait_->Stop();
   }
 
   void OnWriteDone(bool ok) override {
-    TakeOver(this);
     if (!ok) return End(absl::CancelledError("the caller went away"));
     RunOn(long_workers_);
   }
-  void OnDone() override {
-    TakeOver(this);
-    delete this;
-  }
+  void OnDone() override { delete this; }
 
  private:
   using Step = typename Source::Step;
@@ -231,20 +228,15 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void Write() {
-    if (!source_->done()) {
-      HandOver(this);
-      return StartWrite(&message_);
-    }
+    if (!source_->done()) return StartWrite(&message_);
     log_.Finished(absl::OkStatus(), source_->items());
     source_.reset();
-    HandOver(this);
     // One operation instead of two.
     StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
   }
 
   void End(const absl::Status& status) {
     log_.Finished(status, source_ ? source_->items() : 0);
-    HandOver(this);
     Finish(ticket_.Encode(status));
   }
 

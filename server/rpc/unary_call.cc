@@ -6,7 +6,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
-#include "base/sync/handed_over.h"
+#include "base/sync/cancel_scope.h"
 #include "server/rpc/wanted.h"
 
 namespace hypermap::server {
@@ -69,16 +69,15 @@ void UnaryCall::Finish(absl::Status status, int64_t items) {
   }
   log_.Finished(status, items);
   const grpc::Status encoded = ticket_.Encode(status);
-  HandOver(this);
   reactor_.Finish(encoded);
 }
 
 void UnaryCall::Reactor::OnCancel() {
+  const CancelScope in_cancel(this);
   if (call_.wait_) call_.wait_->Stop();
 }
 
 void UnaryCall::Reactor::OnDone() {
-  TakeOver(&call_);
   // Deletes the call and this, unless a worker is about to forget the call.
   const std::shared_ptr<UnaryCall> call = std::move(call_.self_);
 }

@@ -10,7 +10,6 @@
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
-#include "base/sync/handed_over.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
@@ -42,13 +41,9 @@ ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* f
   }
 }
 
-void ImportCall::ReadNext() {
-  HandOver(this);
-  StartRead(&read_);
-}
+void ImportCall::ReadNext() { StartRead(&read_); }
 
 void ImportCall::OnReadDone(bool ok) {
-  TakeOver(this);
   if (!ok) {
     facilities_->workers->files.Run(log_.client(), [this] {
       const absl::Status status = UnlessMemoryFails([this] { return Import(); });
@@ -67,7 +62,6 @@ void ImportCall::OnReadDone(bool ok) {
 }
 
 void ImportCall::OnDone() {
-  TakeOver(this);
   ticket_.LookForCancellation();
   delete this;
 }
@@ -198,7 +192,6 @@ void ImportCall::End(const absl::Status& status) {
   files_.Remove();
   log_.Finished(status, response_.layers_size());
   const grpc::Status encoded = ticket_.Encode(status);
-  HandOver(this);
   Finish(encoded);
 }
 

@@ -8,6 +8,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
+#include "base/sync/cancel_scope.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/wanted.h"
 #include "wire/ingest.h"
@@ -143,6 +144,7 @@ void ObserveCall::OnWriteDone(bool ok) {
 }
 
 void ObserveCall::OnCancel() {
+  const CancelScope in_cancel(this);
   Change([&] {
     mutex_.AssertHeld();
     if (status_.ok()) status_ = absl::CancelledError("the caller went away");

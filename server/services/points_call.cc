@@ -6,7 +6,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
-#include "base/sync/handed_over.h"
+#include "base/sync/cancel_scope.h"
 #include "server/rpc/asked_revision.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/short_turn.h"
@@ -86,7 +86,6 @@ void PointsCall::OnReadDone(bool ok) {
 }
 
 void PointsCall::OnWriteDone(bool ok) {
-  TakeOver(this);
   if (ok) return Go(EndBatch(absl::OkStatus()));
   absl::Status status = CheckWanted(*context_);
   if (status.ok()) {
@@ -97,6 +96,7 @@ void PointsCall::OnWriteDone(bool ok) {
 }
 
 void PointsCall::OnCancel() {
+  const CancelScope in_cancel(this);
   const absl::Status status = CheckWanted(*context_);
   wait_.Stop();
   End(status.ok() ? absl::CancelledError("the caller went away") : status);
@@ -254,7 +254,6 @@ std::optional<absl::Status> PointsCall::WriteAnswer() {
   HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(cost));
   batch_cost_ += cost;
   grpc::ByteBuffer(&slice, 1).Swap(&written_);
-  HandOver(this);
   StartWrite(&written_);
   return std::nullopt;
 }

@@ -37,6 +37,10 @@ class PointsCall;
 // The registry of all QueryPoints rpcs that are under way. Thread safe.
 class OpenPointsCalls {
  public:
+  OpenPointsCalls() = default;
+  // gRPC's shutdown has waited for the last Remove; the lock lets ThreadSanitizer see that.
+  ~OpenPointsCalls() { const MutexLock lock(&mutex_); }
+
   // Returns false, without adding the call, if the server is stopping.
   bool Add(PointsCall* call);
   void Remove(PointsCall* call);

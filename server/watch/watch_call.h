@@ -19,6 +19,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/metering/memory_meter.h"
+#include "base/sync/cancel_scope.h"
 #include "base/sync/mutex.h"
 #include "base/sync/steady_time.h"
 #include "server/rpc/budgets.h"
@@ -73,7 +74,10 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
             ChargeRequest charge_request, OpenSource open_source, Shared* shared);
 
   void OnWriteDone(bool ok) override;
-  void OnCancel() override { wake_handle_->Wake(); }
+  void OnCancel() override {
+    const CancelScope in_cancel(this);
+    wake_handle_->Wake();
+  }
   void OnDone() override;
 
   // Cancels the rpc if a write is under way: the client gets CANCELLED and no revision to resume

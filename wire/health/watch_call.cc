@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/sync/cancel_scope.h"
 #include "wire/health/statuses.h"
 
 namespace hypermap::health {
@@ -51,6 +52,7 @@ void WatchCall::OnWriteDone(bool ok) {
 }
 
 void WatchCall::OnCancel() {
+  const CancelScope in_cancel(this);
   MutexLock lock(&mutex_);
   EndAsGone();
 }

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "base/sync/cancel_scope.h"
 
 namespace hypermap::reflection {
 namespace {
@@ -78,7 +79,10 @@ void ReflectionCall::OnWriteDone(bool ok) {
   StartRead(&request_);
 }
 
-void ReflectionCall::OnCancel() { End(Gone()); }
+void ReflectionCall::OnCancel() {
+  const CancelScope in_cancel(this);
+  End(Gone());
+}
 
 void ReflectionCall::OnDone() {
   calls_->Remove(this);
