@@ -23,6 +23,8 @@ DATA = pathlib.Path(os.environ.get("HYPERMAP_DATA") or ROOT.parent / "shared" / 
 DEADLINE_S = float(os.environ.get("HYPERMAP_TEST_DEADLINE", "60"))
 # Number of random queries per kind and map.
 QUESTIONS = int(os.environ.get("HYPERMAP_TEST_QUESTIONS", "200"))
+# Sanitizers make programs slow and take memory of their own. Only their builds set this variable.
+IS_SANITIZED = "HYPERMAP_TEST_ROUNDS" in os.environ
 SEED = int(os.environ.get("HYPERMAP_TEST_SEED", time.time_ns() % 1_000_000))
 
 READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:(\d+))\n", re.MULTILINE)

@@ -8,7 +8,7 @@ import subprocess
 import textwrap
 import unittest
 
-from processes import BIN, DEADLINE_S, ROOT, SiteTest
+from processes import BIN, DEADLINE_S, IS_SANITIZED, ROOT, SiteTest
 
 
 def examples_of_readme():
@@ -28,8 +28,7 @@ class Demo(SiteTest):
         build.mkdir()
         (build / "bin").symlink_to(BIN)
         environment = os.environ | {"BUILD_DIR": str(build)}
-        sanitized = "HYPERMAP_TEST_ROUNDS" in os.environ
-        if sanitized:  # One room only, because instrumented programs are slow.
+        if IS_SANITIZED:  # One room only, because instrumented programs are slow.
             environment["DEMO_AREA"] = "0.2,0.2 5,0.2 5,5.1 0.2,5.1"
         result = subprocess.run([ROOT / "demo" / "run.sh", "--exit"], capture_output=True,
                                 text=True, timeout=60 * DEADLINE_S, check=False,
@@ -43,7 +42,7 @@ class Demo(SiteTest):
             self.assertTrue((build / "demo" / "rooms.png").exists())
             self.assertIn("explore status office", result.stdout)
             self.assertRegex(result.stdout, r"office: \d+ steps .* ended: ")
-            if not sanitized:
+            if not IS_SANITIZED:
                 self.assertRegex(result.stdout, r"\nrecall +1  65 of 65 true objects")
                 self.assertRegex(result.stdout, r"\nprecision +1  65 of 65 map objects")
             self.assertTrue((build / "demo" / "explored.png").exists())

@@ -1,7 +1,6 @@
 """docs/limits.md has a row for each rpc, which tells what it holds and what its time
 grows with; the flags in it exist; the content of all maps keeps its limit."""
 
-import os
 import re
 import subprocess
 import unittest
@@ -10,7 +9,7 @@ import grpc
 
 import rpc
 import sites
-from processes import BIN, DEADLINE_S, ROOT, SiteTest
+from processes import BIN, DEADLINE_S, IS_SANITIZED, ROOT, SiteTest
 
 # `| Rpc | holds at most | bounded by | processor time grows with; workers |`
 ROW = re.compile(r"^\| ([A-Z]\w+) \|([^|\n]*)\|([^|\n]*)\|([^|\n]*)\|$", re.MULTILINE)
@@ -67,7 +66,7 @@ COMB_M, COMB_TEETH = 4090, 64
 def limit_memory(memory):
     """Returns a flag by which content may take half of `memory` bytes."""
     # Sanitizers take memory of their own.
-    if "HYPERMAP_TEST_ROUNDS" in os.environ:
+    if IS_SANITIZED:
         return f"--max_content_bytes={memory // 2}"
     return f"--memory_limit={memory}"
 

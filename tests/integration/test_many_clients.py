@@ -20,7 +20,7 @@ from hypermap.v1 import watch_service_pb2
 import rpc
 import sites
 from asking import Asking
-from processes import DEADLINE_S, SiteTest
+from processes import DEADLINE_S, IS_SANITIZED, SiteTest
 
 MIB = 1 << 20
 PREFACE = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n"
@@ -30,8 +30,6 @@ HEADERS = b"\0\0\xc8\1\0\0\0\0\1"
 # A header field without an index: its name has one byte, and its value, of which bytes can be sent
 # on and on, 100.
 FIELD = b"\0\1a\x64"
-# Sanitizers take memory of their own.
-IS_SANITIZED = "HYPERMAP_TEST_ROUNDS" in os.environ
 
 
 def resident(pid):

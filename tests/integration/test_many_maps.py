@@ -13,7 +13,7 @@ import grpc
 
 import rpc
 import sites
-from processes import DEADLINE_S, Server, SiteTest
+from processes import DEADLINE_S, IS_SANITIZED, Server, SiteTest
 
 CHAIR = {"type": "FeatureCollection", "features": [{
     "type": "Feature", "properties": {"label": "chair"},
@@ -172,8 +172,7 @@ class ManyMaps(SiteTest):
         self.assertIn("--max_maps=1000 is more than the", str(failed.exception))
         self.assertIn("ulimit -n", str(failed.exception))
 
-    @unittest.skipIf("HYPERMAP_TEST_ROUNDS" in os.environ,
-                     "a sanitizer reserves more address space than the machine has memory")
+    @unittest.skipIf(IS_SANITIZED, "sanitizers reserve more address space than there is memory")
     def test_too_little_address_space_is_said_at_the_start(self):
         with self.assertRaises(AssertionError) as failed:
             Server(self.data_dir, limits={resource.RLIMIT_AS: 512 << 20})

@@ -1,13 +1,12 @@
 """Programs outside of the project can find, build with and use the installed C++ client."""
 
-import os
 import pathlib
 import re
 import shutil
 import subprocess
 import unittest
 
-from processes import BIN, ROOT, SiteTest
+from processes import BIN, IS_SANITIZED, ROOT, SiteTest
 
 EXAMPLE = ROOT / "client_libs" / "cpp" / "example"
 
@@ -25,7 +24,7 @@ int main(int, char** argv) {
 """
 
 
-@unittest.skipIf("HYPERMAP_TEST_ROUNDS" in os.environ, "sanitizers need further link options")
+@unittest.skipIf(IS_SANITIZED, "sanitizers need further link options")
 class Package(SiteTest):
 
     def run_tool(self, *command):
