@@ -44,6 +44,9 @@ constexpr int64_t kWorthUpdating = int64_t{1} << 28;
 constexpr int64_t kThinning = 2;
 constexpr int64_t kMostThinning = 20;
 
+// Returns no cells once the call is given up: clearing a raster of a large floor takes a while.
+CellBox UnlessCancelled(const CellBox& box) { return IsCancelled() ? CellBox() : box; }
+
 // Returns the cells of `box` that `cover` selects.
 CellRaster<uint8_t> CoveredBy(const CellCover& cover, const CellBox& box) {
   CellRaster<uint8_t> covered(box, 0);
@@ -114,16 +117,16 @@ Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Option
       lattice_(InCells(kLattice_m, resolution_m_)),
       area_(CoveredBy(CellCover(area, occupancy.geometry(), within),
                       BoxOf(occupancy.geometry(), area, options, within))),
-      plan_(ReadFloorPlan(occupancy, area_.box())),
+      plan_(ReadFloorPlan(occupancy, UnlessCancelled(area_.box()))),
       clearance_(plan_, options.robot_radius_m, resolution_m_),
-      seen_(plan_.box(), 0),
-      coverage_(plan_.box(), Coverage::kNone),
-      tries_(plan_.box(), 0),
+      seen_(UnlessCancelled(plan_.box()), 0),
+      coverage_(UnlessCancelled(plan_.box()), Coverage::kNone),
+      tries_(UnlessCancelled(plan_.box()), 0),
       viewshed_rays_(range_),
-      paths_(plan_.box()),
-      back_(plan_.box(), 0),
-      promised_(plan_.box(), 0),
-      reachable_(plan_.box(), 0) {
+      paths_(UnlessCancelled(plan_.box())),
+      back_(UnlessCancelled(plan_.box()), 0),
+      promised_(UnlessCancelled(plan_.box()), 0),
+      reachable_(UnlessCancelled(plan_.box()), 0) {
   std::vector<CellIndex> changed;
   for (size_t i = 0; i < plan_.values().size(); ++i) {
     if (i % kCellsPerLook == 0 && IsCancelled()) return;

@@ -17,7 +17,7 @@ from test_ingest import observation, opening
 
 # The calls are cancelled when the server has spent this time, plus a random one, on them.
 BUSY_S = 0.1
-MAX_MORE_S = 0.4
+MAX_MORE_S = 0.25
 # Processor time that the server may take in the second after the cancellation.
 MAX_AFTER_S = 0.3
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")

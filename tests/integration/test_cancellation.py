@@ -90,13 +90,13 @@ class Cancellation(CancellationTest):
     @cancels("GetExploration", "ReleaseGoal", "StopExploration")
     def test_calls_of_an_exploration_whose_floor_has_changed(self):
         """Each would have to look at all of the floor anew."""
-        self.make_floor(side=3000)
-        self.start_exploration(area=sites.square(0, 0, 150.0))
-        claim = {"map": "site", "robot": "robot", "pose": {"x": 75.0, "y": 75.0},
+        self.make_floor(side=4800)
+        self.start_exploration(area=sites.square(0, 0, 240.0))
+        claim = {"map": "site", "robot": "robot", "pose": {"x": 120.0, "y": 120.0},
                  "lease": "600s"}
         goal = {"map": "site", "robot": "robot",
                 "goal_id": self.client.ClaimGoal(**claim).goal.id}
-        self.client.ApplyEdits(map="site", edits=self.stripes("grid", step_m=0.3, side_m=120.0))
+        self.client.ApplyEdits(map="site", edits=self.stripes("grid", step_m=0.45, side_m=200.0))
         before = sites.revision(self.client)
         self.expect_given_up("GetExploration", lambda: [self.begin("GetExploration", map="site")])
         self.expect_given_up("ReleaseGoal", lambda: [
@@ -108,7 +108,7 @@ class Cancellation(CancellationTest):
     @cancels("Observe")
     def test_many_observations_at_once(self):
         self.create_things()
-        n, robots = 1500, ["a", "b", "c"]
+        n, robots = 1700, ["a", "b", "c"]
         # Small requests: those that were read, at most 32, are carried out.
         streams = iter([self.observations(robot, n, first_frame=i * n, per_request=5)
                         for i, robot in enumerate(robots)])
