@@ -52,7 +52,7 @@ class OpenFiles {
     dev_t device;
     ino_t inode;
     int64_t size;
-    int64_t modified_ns;
+    int64_t modified_ns;  // 0 for the log
 
     bool SameFile(const Stamp& other) const {
       return device == other.device && inode == other.inode;
@@ -61,8 +61,10 @@ class OpenFiles {
 
   OpenFiles(Database* writer, const Stamp& file, const Stamp& log);
 
-  // NOT_FOUND if the path names nothing.
-  static absl::StatusOr<Stamp> Look(const std::string& path);
+  // NOT_FOUND if the path names nothing. `times` is 0 or STATX_MTIME.
+  static absl::StatusOr<Stamp> Look(const std::string& path, unsigned times);
+  static absl::StatusOr<Stamp> LookAtFile(const std::string& path);
+  static absl::StatusOr<Stamp> LookAtLog(const std::string& path);
   static absl::Status ProblemOf(Fault fault);
   // The callback of sqlite3_wal_hook, which calls Committed.
   static int AfterCommit(void* files, sqlite3* handle, const char* schema, int log_pages);
