@@ -33,7 +33,6 @@
 #include "server/rpc/budgets.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_log.h"
-#include "server/rpc/scheduling.h"
 #include "server/rpc/scratch_file.h"
 #include "server/rpc/worker_pools.h"
 #include "server/services/evidence_codec.h"
@@ -240,9 +239,6 @@ int Main(int argc, char** argv) {
   absl::Status status = CheckFlags(positional);
   if (status.ok()) status = SetUpLog();
   if (status.ok()) {
-    // Before any thread is started. Short questions must not wait for long ones, nor for the ticks
-    // of the kernel.
-    RequestShortSlices();
     ShutdownSignals signals;
     status = Serve(signals);
   }

@@ -26,21 +26,14 @@ struct SchedulingAttributes {
   uint64_t period_ns = 0;
 };
 
-// Sets the niceness of the calling thread, and its time slice.
-void Schedule(int niceness) {
+}  // namespace
+
+void ScheduleLongWork(int niceness) {
   SchedulingAttributes attributes;
-  attributes.niceness = niceness;
+  attributes.niceness = std::max(niceness, getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())));
   attributes.slice_ns = kSlice_ns;
   // The C library has no wrapper. Failure is not an error: everything works as well without.
   syscall(SYS_sched_setattr, 0, &attributes, 0);
 }
-
-int Niceness() { return getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())); }
-
-}  // namespace
-
-void RequestShortSlices() { Schedule(Niceness()); }
-
-void LowerPriority(int niceness) { Schedule(std::max(niceness, Niceness())); }
 
 }  // namespace hypermap::server

@@ -4,16 +4,13 @@
 
 namespace hypermap::server {
 
-// Asks for short time slices for the calling thread and the threads that it starts from now on. A
-// thread that wakes up may then take the processor from a thread that has used up its slice,
-// instead of waiting for the next tick of the kernel's timer, which comes every 4 ms on many
-// systems. The thread's share of the processors stays the same. Linux can do this since 6.12
-// (sched_attr(2), EEVDF); earlier kernels ignore it.
-void RequestShortSlices();
-
-// Raises the calling thread's niceness (nice(7)) to at least this one. It keeps its short slices,
-// so that a thread that yields while it computes for long gives up no more than a slice.
-void LowerPriority(int niceness);
+// For a thread that computes for long: raises its niceness (nice(7)) to at least this one, and asks
+// for time slices of 0.1 ms. A thread that wakes up may then take the processor from it once it has
+// used up its slice, instead of waiting for the next tick of the kernel's timer, which comes every
+// 4 ms on many systems; and the calling thread gives up no more than a slice when it yields. Its
+// share of the processors stays that of its niceness. Linux can do this since 6.12 (sched_attr(2),
+// EEVDF); earlier kernels set only the niceness.
+void ScheduleLongWork(int niceness);
 
 }  // namespace hypermap::server
 

@@ -13,7 +13,7 @@ WorkerPool::WorkerPool(ThreadName name, int num_threads, int niceness) {
   for (int i = 0; i < num_threads; ++i) {
     threads_.emplace_back([this, name, niceness] {
       NameThisThread(name);
-      if (niceness > 0) LowerPriority(niceness);
+      ScheduleLongWork(niceness);
       Work();
     });
   }

@@ -38,9 +38,8 @@ absl::StatusOr<OpenFiles::Stamp> OpenFiles::LookAtFile(const std::string& path) 
   return Look(path, STATX_MTIME);
 }
 
-// The log is written at each commit. Who asks for its time makes Linux (since 6.13, multigrain
-// timestamps) set a new one at the next write, which fdatasync then writes to the disk too: another
-// block for each commit.
+// Without its time: once that was asked for, Linux gives the log a new time at the next write (since
+// 6.13, multigrain timestamps), and fdatasync then writes the log's inode as well, at each commit.
 absl::StatusOr<OpenFiles::Stamp> OpenFiles::LookAtLog(const std::string& path) {
   return Look(path, 0);
 }

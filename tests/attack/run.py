@@ -183,9 +183,12 @@ class Attacker:
             self._process.stdin.flush()
 
     def error(self):
-        """Returns the last line that the attacker wrote to its standard error."""
+        """Returns the last line that the attacker wrote to its standard error, or what it wrote of
+        an RpcError, which has several lines."""
         self._output.seek(0)
-        return (self._output.read().strip().splitlines() or ["no reason told"])[-1]
+        lines = [line.strip() for line in self._output.read().strip().splitlines()]
+        told = [line for line in lines if line.startswith(("status =", "details ="))]
+        return ", ".join(told) or (lines or ["no reason told"])[-1]
 
     def __enter__(self):
         return self
