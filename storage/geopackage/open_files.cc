@@ -38,8 +38,9 @@ absl::StatusOr<OpenFiles::Stamp> OpenFiles::LookAtFile(const std::string& path) 
   return Look(path, STATX_MTIME);
 }
 
-// Without its time: once that was asked for, Linux gives the log a new time at the next write (since
-// 6.13, multigrain timestamps), and fdatasync then writes the log's inode as well, at each commit.
+// Without its time: once that was asked for, Linux gives the log a new time at the next write
+// (since 6.13, multigrain timestamps), and fdatasync then writes the log's inode as well, at each
+// commit.
 absl::StatusOr<OpenFiles::Stamp> OpenFiles::LookAtLog(const std::string& path) {
   return Look(path, 0);
 }
