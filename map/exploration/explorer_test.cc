@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "base/cancellation/cancellation.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/exploration/testing/drawn_floor.h"
@@ -129,6 +130,27 @@ FloorPlan Rooms() {
                      "#.........#..................#",  //
                      "#.........#..................#",  //
                      "##############################"});
+}
+
+// Wherever its construction is given up, an Explorer can be asked for no more than its end.
+TEST(ExplorerTest, ConstructionCanBeGivenUpAtEachLook) {
+  const FloorPlan plan = DrawnFloor({"........", "..##....", "........", "....#..."});
+  const auto occupancy = Occupancy(plan);
+  int num_given_up = 0;
+  for (bool is_given_up = true; is_given_up; num_given_up += is_given_up) {
+    int looks = 0;
+    Cancellation cancellation(
+        [&] { return looks++ < num_given_up ? absl::OkStatus() : absl::CancelledError("gone"); },
+        absl::ZeroDuration());
+    const ScopedCancellation here(&cancellation);
+    Explorer explorer(*occupancy, AreaOf(plan.box()), Explorer::Options{});
+    is_given_up = !cancellation.status().ok();
+    if (!is_given_up) {
+      EXPECT_EQ(explorer.box().Intersection(plan.box()), plan.box());
+    }
+    explorer.UpdateExplored(plan.box(), [](const CellIndex&) { return true; });
+  }
+  EXPECT_GT(num_given_up, 8);
 }
 
 TEST(ExplorerTest, EqualsOneThatBeginsAfreshThroughChanges) {

@@ -30,7 +30,8 @@ struct SchedulingAttributes {
 
 void ScheduleLongWork(int niceness) {
   SchedulingAttributes attributes;
-  attributes.niceness = std::max(niceness, getpriority(PRIO_PROCESS, static_cast<id_t>(gettid())));
+  const int now = getpriority(PRIO_PROCESS, static_cast<id_t>(gettid()));
+  attributes.niceness = niceness == 0 ? now : std::max(niceness, now);
   attributes.slice_ns = kSlice_ns;
   // The C library has no wrapper. Failure is not an error: everything works as well without.
   syscall(SYS_sched_setattr, 0, &attributes, 0);
