@@ -34,7 +34,7 @@ namespace {
 using ::hypermap::testing::Eventually;
 using ::testing::HasSubstr;
 
-constexpr absl::Duration kPatience = absl::Seconds(20);
+constexpr absl::Duration kPatience = absl::Minutes(1);
 
 // Accepts connections and keeps them open.
 class ConnectionListenerTest : public ::testing::Test {

@@ -31,7 +31,7 @@ class Demo(SiteTest):
         if IS_SANITIZED:  # One room only, because instrumented programs are slow.
             environment["DEMO_AREA"] = "0.2,0.2 5,0.2 5,5.1 0.2,5.1"
         result = subprocess.run([ROOT / "demo" / "run.sh", "--exit"], capture_output=True,
-                                text=True, timeout=60 * DEADLINE_S, check=False,
+                                text=True, timeout=12 * DEADLINE_S, check=False,
                                 env=environment, stdin=subprocess.DEVNULL)
         self.assertEqual(result.returncode, 0, result.stdout + result.stderr)
         for question in ("query point", "query area", "query value", "query nearest"):

@@ -57,7 +57,7 @@ const drawNothing = async (): Promise<void> => undefined;
 
 // Creating the maps may take long on a busy machine and does not count towards a test's own
 // timeout.
-const worker = { scope: 'worker', timeout: 180_000 } as const;
+const worker = { scope: 'worker', timeout: 400_000 } as const;
 
 /* eslint no-empty-pattern: off -- Playwright reads from its pattern what a fixture needs */
 /** Calls `use`, then fails if a page of the context has logged an error that is not expected. */
