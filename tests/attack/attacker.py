@@ -1,9 +1,10 @@
 """Carries out one attack, in step with run.py.
 
-Usage: attacker.py NAME ADDRESS PID DATA_DIR full|short idle|equal. The last argument is its share
-of the processors: the time that nobody else needs, or as much as anybody's. Prints "prepared";
-after a line of input it attacks and prints what the server answered; after another line it checks
-what must hold afterwards, and prints what does not. Both are lines of JSON.
+Usage: attacker.py NAME ADDRESS PID DATA_DIR full|short STRETCH idle|equal. STRETCH: how many times
+as long as usual it attacks. The last argument is its share of the processors: the time that nobody
+else needs, or as much as anybody's. Prints "prepared"; after a line of input it attacks and prints
+what the server answered; after another line it checks what must hold afterwards, and prints what
+does not. Both are lines of JSON.
 """
 
 import json
@@ -17,8 +18,8 @@ from site_under_attack import Site
 
 
 def main():
-    name, address, pid, data_dir, form, share = sys.argv[1:]
-    site = Site(address, int(pid), data_dir, form == "short")
+    name, address, pid, data_dir, form, stretch, share = sys.argv[1:]
+    site = Site(address, int(pid), data_dir, form == "short", int(stretch))
     steps = attacks.BY_NAME[name].function(site)
     next(steps)
     if share == "idle":

@@ -5,7 +5,8 @@ without the attack and then during it. Afterwards a new client queries, edits, c
 a map. An attack is "defended" unless the server ends, exceeds its memory limit, answers others more
 than three times slower (p99 of all rounds) than without the attack, lets the new client wait for
 more than a second, or fails to refuse what it should. The full form makes five rounds of each
-attack; the short form makes one, and judges no times.
+attack; the short form makes one, and judges no times. If that one does not reach the limit that it
+is to reach, because the machine is busy, the short form attacks again for longer.
 """
 
 import argparse
@@ -43,10 +44,11 @@ FLAGS = {"memory_limit": MEMORY_LIMIT, "max_scratch_bytes": 512 << 20}
 
 ROUNDS = 5
 QUIET_S = 3
-ATTACK_DEADLINE_S = 150
 SERVED_DEADLINE_S = 30
 MAX_P99_RATIO = 3
 MAX_SERVED_S = 1
+# How many times as long the short form attacks when it attacks again.
+STRETCHES = (4, 16)
 
 
 @dataclasses.dataclass
@@ -64,6 +66,8 @@ class Round:
     # Time from the end of the attack until a new client was served, in seconds; None if it never
     # was.
     served_s: float | None
+    # Whether the server logged what it must.
+    is_logged: bool
 
 
 def percentile(durations, share):
@@ -219,11 +223,12 @@ def start_server(flags, max_threads):
             yield server, data_dir
 
 
-def attack_once(attack, form, share, flags):
-    """Runs one round against a server of its own."""
+def attack_once(attack, form, share, flags, stretch=1):
+    """Runs one round against a server of its own, `stretch` times as long as usual."""
     with start_server(flags, attack.max_threads) as (server, folder):
         make_maps(server)
-        with Attacker(attack.name, server.address, server.pid, folder, form, share) as attacker:
+        with Attacker(attack.name, server.address, server.pid, folder, form, stretch,
+                      share) as attacker:
             if attacker.read() != "prepared":
                 raise AssertionError(f"{attack.name} could not be prepared: {attacker.error()}")
             with Others(server.address) as clients:
@@ -251,11 +256,35 @@ def _attack_prepared(attack, form, server, attacker, clients):
     clients.stop()
     if not server.running():
         wrong.append(f"the server ended with code {server.wait()}")
-    if attack.logged and not re.search(attack.logged, server.log()):
-        wrong.append(f"the log does not have {attack.logged}")
     quiet, _ = clients.calls(quiet_begin, begin)
     during, lost = clients.calls(begin, end)
-    return Round(dict(json.loads(told or "[]")), wrong, quiet, during, lost, peak, served_s)
+    is_logged = not attack.logged or bool(re.search(attack.logged, server.log()))
+    return Round(dict(json.loads(told or "[]")), wrong, quiet, during, lost, peak, served_s,
+                 is_logged)
+
+
+def missing(attack, form, rounds):
+    """Returns what the server must answer in some round or log in each of them, and did not. In the
+    short form, one round with the line in the log is enough."""
+    lacking = []
+    if attack.refusal and not any(re.search(attack.refusal, text)
+                                  for seen in rounds for text in seen.told):
+        lacking.append(f"nobody was told {attack.refusal}")
+    if not (any if form == "short" else all)(seen.is_logged for seen in rounds):
+        lacking.append(f"the log does not have {attack.logged}")
+    return lacking
+
+
+def run_rounds(attack, form, share, flags, number):
+    """Runs rounds until a server can't be used any more."""
+    rounds = []
+    while len(rounds) < number and not (rounds and rounds[-1].served_s is None):
+        rounds.append(attack_once(attack, form, share, flags))
+    for stretch in STRETCHES if form == "short" else ():
+        if rounds[-1].wrong or rounds[-1].served_s is None or not missing(attack, form, rounds):
+            break
+        rounds.append(attack_once(attack, form, share, flags, stretch))
+    return rounds
 
 
 class Result:
@@ -276,11 +305,10 @@ class Result:
         p99s = percentile(self.quiet, 0.99), percentile(self.during, 0.99)
         self.ratio = p99s[1] / p99s[0] if all(p99s) else None
         self.wrong = list(dict.fromkeys(w for seen in rounds for w in seen.wrong))
+        self.wrong += missing(attack, form, rounds)
         self._judge(form)
 
     def _judge(self, form):
-        if self.attack.refusal and not any(re.search(self.attack.refusal, t) for t in self.told):
-            self.wrong.append(f"nobody was told {self.attack.refusal}")
         if self.peak > MEMORY_LIMIT:
             self.wrong.append(f"memory {self.peak >> 20} MiB")
         if self.served_s is None:
@@ -353,10 +381,8 @@ def main():
     flags = server_flags()
     results = []
     for name in names:
-        attack, seen = attacks.BY_NAME[name], []
-        while len(seen) < rounds and not (seen and seen[-1].served_s is None):
-            seen.append(attack_once(attack, form, share, flags))
-        results.append(Result(attack, form, seen))
+        attack = attacks.BY_NAME[name]
+        results.append(Result(attack, form, run_rounds(attack, form, share, flags, rounds)))
         print(f"{name}: {'; '.join(results[-1].wrong) or 'defended'}", flush=True)
     print_table([result.row() for result in results])
     failed = [result.attack.name for result in results if result.wrong]

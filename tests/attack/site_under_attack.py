@@ -19,23 +19,25 @@ class Site:
     """Where and how long to attack, and what the server answered.
 
     An attack uses `size` for its numbers, so that the short form of the attacks is the same code.
+    It goes on `stretch` times as long as it usually does.
     """
 
-    def __init__(self, address, pid, data_dir, is_short):
+    def __init__(self, address, pid, data_dir, is_short, stretch=1):
         self.address = address
         self.pid = pid
         self.data_dir = data_dir
         self.told = collections.Counter()
         self._is_short = is_short
+        self._stretch = stretch
         self._end = None
 
     def size(self, full, short):
         return short if self._is_short else full
 
     def attacking(self, full_s=5, short_s=1):
-        """Whether the attack goes on: for this time from the first call on."""
+        """Whether the attack goes on: for this time, stretched, from the first call on."""
         if self._end is None:
-            self._end = time.monotonic() + self.size(full_s, short_s)
+            self._end = time.monotonic() + self._stretch * self.size(full_s, short_s)
         return time.monotonic() < self._end
 
     def tell(self, text, count=1):
