@@ -32,10 +32,12 @@ class Client:
     Arguments are the request's fields as in protobuf's JSON, or the request as a message (where the
     client streams, one iterable of requests as in JSON); the answer is the message, or an iterator
     of messages. Errors are grpc.RpcError. `client.GetMap.begin(map="office")` does not wait for the
-    answer, and returns the grpc.Call, which can be cancelled.
+    answer, and returns the grpc.Call, which can be cancelled. A call may take `deadline_s`, or what
+    its argument `timeout` says.
     """
 
-    def __init__(self, address):
+    def __init__(self, address, deadline_s=DEADLINE_S):
+        self._deadline_s = deadline_s
         self._channel = grpc.insecure_channel(address, options=[
             ("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)])
         messages = message_factory.MessageFactory()
@@ -53,14 +55,14 @@ class Client:
         def message(requests, fields):
             return requests[0] if requests else json_format.ParseDict(fields, request_type())
 
-        def invoke(*requests, timeout=DEADLINE_S, **fields):
+        def invoke(*requests, timeout=self._deadline_s, **fields):
             if kind.startswith("stream"):
                 sent = (json_format.ParseDict(r, request_type()) for r in requests[0])
             else:
                 sent = message(requests, fields)
             return call(sent, timeout=timeout, wait_for_ready=False)
 
-        def begin(*requests, timeout=DEADLINE_S, **fields):
+        def begin(*requests, timeout=self._deadline_s, **fields):
             if kind.startswith("stream"):
                 sent = iter([json_format.ParseDict(r, request_type()) for r in requests[0]])
             else:
