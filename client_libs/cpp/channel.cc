@@ -157,9 +157,9 @@ grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
   arguments.SetMaxReceiveMessageSize(-1);
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   // gRPC reconnects eagerly, so that a server that is back is found soon. Backoff limits the
-  // retries.
+  // retries. GRPC_ARG_MIN_RECONNECT_BACKOFF_MS stays at its default: it is the time that an attempt
+  // to connect may take, handshakes included, and links are slow.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 50);
-  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 1000);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
   if (options.tls && !options.tls->server_name.empty()) {
     arguments.SetSslTargetNameOverride(options.tls->server_name);

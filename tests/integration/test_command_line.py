@@ -1,6 +1,9 @@
 """Tests of the hypermap command: its tables, its JSON, its exit codes and its error messages."""
 
 import json
+import os
+import signal
+import threading
 import unittest
 
 import rpc
@@ -220,6 +223,15 @@ class CommandLine(SiteTest):
             self.assertEqual(len(result.stderr.splitlines()), 1, result.stderr)
         self.assert_fails(self.site.cli("layers", "nowhere"), "nowhere")
         self.assert_fails(self.site.cli("--json", "layers", "nowhere"), "nowhere")
+
+    def test_a_connection_may_take_seconds(self):
+        """As handshakes do over a slow link; here the server is stopped meanwhile."""
+        os.kill(self.site.pid, signal.SIGSTOP)
+        goes_on = threading.Timer(3.0, os.kill, (self.site.pid, signal.SIGCONT))
+        goes_on.start()
+        result = self.site.cli("maps")
+        goes_on.join()
+        self.assertEqual(result.returncode, 0, result.stderr)
 
     def test_no_server_is_an_error_that_names_the_address(self):
         self.assertEqual(self.site.stop(), 0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pathlib
+import signal
 import threading
 from typing import Any
 
@@ -144,6 +145,17 @@ def test_retries_end_if_there_is_no_server() -> None:
     with Client(address, timeout=0.2) as client, pytest.raises(HypermapError) as caught:
         client.list_maps()
     assert isinstance(caught.value, (Unavailable, DeadlineExceeded))
+
+
+def test_a_connection_may_take_seconds(data_dir: pathlib.Path) -> None:
+    """As handshakes do over a slow link; here the server is stopped meanwhile."""
+    with Server(data_dir) as server:
+        server.send_signal(signal.SIGSTOP)
+        goes_on = threading.Timer(3.0, server.send_signal, [signal.SIGCONT])
+        goes_on.start()
+        with Client(server.address, retry_for=0) as client:
+            assert not client.list_maps()
+        goes_on.join()
 
 
 def test_a_call_waits_for_a_server_that_starts_late(data_dir: pathlib.Path) -> None:

@@ -11,9 +11,9 @@ CHANNEL_OPTIONS: tuple[tuple[str, str | int], ...] = (
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
     # gRPC tries to reconnect every second, so that a restarted server is found soon. The backoff of
-    # retried calls is separate.
+    # retried calls is separate. min_reconnect_backoff_ms stays at its default: it is the time that
+    # an attempt to connect may take, handshakes included, and links are slow.
     ("grpc.initial_reconnect_backoff_ms", 50),
-    ("grpc.min_reconnect_backoff_ms", 1000),
     ("grpc.max_reconnect_backoff_ms", 1000),
     ("grpc.enable_http_proxy", 0),
 )
