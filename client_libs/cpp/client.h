@@ -44,7 +44,8 @@ struct ClientOptions {
   // UNAVAILABLE, or that the server refuses for the time being, because others fill a limit.
   // Retries of a mutation have the same request_id, so that it is carried out once. A call is not
   // retried once its answer has begun to arrive, and streams of observations and of points are
-  // never retried. Zero: no retries.
+  // never retried. An attempt to connect that is under way goes on for up to 10 s. Zero: no
+  // retries.
   absl::Duration retry_for = absl::Seconds(30);
   // TLS options. Absent: the connection is not encrypted.
   std::optional<TlsOptions> tls = std::nullopt;

@@ -66,8 +66,6 @@ class Round:
     # Time from the end of the attack until a new client was served, in seconds; None if it never
     # was.
     served_s: float | None
-    # Whether the server logged what it must.
-    is_logged: bool
 
 
 def percentile(durations, share):
@@ -256,23 +254,17 @@ def _attack_prepared(attack, form, server, attacker, clients):
     clients.stop()
     if not server.running():
         wrong.append(f"the server ended with code {server.wait()}")
+    if attack.logged and not re.search(attack.logged, server.log()):
+        wrong.append(f"the log does not have {attack.logged}")
     quiet, _ = clients.calls(quiet_begin, begin)
     during, lost = clients.calls(begin, end)
-    is_logged = not attack.logged or bool(re.search(attack.logged, server.log()))
-    return Round(dict(json.loads(told or "[]")), wrong, quiet, during, lost, peak, served_s,
-                 is_logged)
+    return Round(dict(json.loads(told or "[]")), wrong, quiet, during, lost, peak, served_s)
 
 
-def missing(attack, form, rounds):
-    """Returns what the server must answer in some round or log in each of them, and did not. In the
-    short form, one round with the line in the log is enough."""
-    lacking = []
-    if attack.refusal and not any(re.search(attack.refusal, text)
-                                  for seen in rounds for text in seen.told):
-        lacking.append(f"nobody was told {attack.refusal}")
-    if not (any if form == "short" else all)(seen.is_logged for seen in rounds):
-        lacking.append(f"the log does not have {attack.logged}")
-    return lacking
+def is_refused(attack, rounds):
+    """Whether the attacker was told in some round what it must be told."""
+    return not attack.refusal or any(re.search(attack.refusal, text)
+                                     for seen in rounds for text in seen.told)
 
 
 def run_rounds(attack, form, share, flags, number):
@@ -281,8 +273,10 @@ def run_rounds(attack, form, share, flags, number):
     while len(rounds) < number and not (rounds and rounds[-1].served_s is None):
         rounds.append(attack_once(attack, form, share, flags))
     for stretch in STRETCHES if form == "short" else ():
-        if rounds[-1].wrong or rounds[-1].served_s is None or not missing(attack, form, rounds):
+        if is_refused(attack, rounds) or rounds[-1].wrong or rounds[-1].served_s is None:
             break
+        print(f"{attack.name}: nobody was told {attack.refusal}; again for {stretch} times as long",
+              flush=True)
         rounds.append(attack_once(attack, form, share, flags, stretch))
     return rounds
 
@@ -305,7 +299,8 @@ class Result:
         p99s = percentile(self.quiet, 0.99), percentile(self.during, 0.99)
         self.ratio = p99s[1] / p99s[0] if all(p99s) else None
         self.wrong = list(dict.fromkeys(w for seen in rounds for w in seen.wrong))
-        self.wrong += missing(attack, form, rounds)
+        if not is_refused(attack, rounds):
+            self.wrong.append(f"nobody was told {attack.refusal}")
         self._judge(form)
 
     def _judge(self, form):

@@ -19,8 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 BIN = pathlib.Path(os.environ.get("HYPERMAP_BIN", ROOT / "build" / "bin"))
 DATA = pathlib.Path(os.environ.get("HYPERMAP_DATA") or ROOT.parent / "shared" / "data")
 # Maximum duration of each operation. It is generous: on a busy machine, sanitizers are slow, and
-# long work of the server gets a tenth of the processor time that others get. A hang lasts forever
-# anyway.
+# long work of the server gets little of the processors (decision 25). A hang lasts forever anyway.
 DEADLINE_S = float(os.environ.get("HYPERMAP_TEST_DEADLINE", "300"))
 # Number of random queries per kind and map.
 QUESTIONS = int(os.environ.get("HYPERMAP_TEST_QUESTIONS", "200"))

@@ -11,10 +11,13 @@ CHANNEL_OPTIONS: tuple[tuple[str, str | int], ...] = (
     ("grpc.max_receive_message_length", -1),
     ("grpc.max_send_message_length", -1),
     # gRPC tries to reconnect every second, so that a restarted server is found soon. The backoff of
-    # retried calls is separate. min_reconnect_backoff_ms stays at its default: it is the time that
-    # an attempt to connect may take, handshakes included, and links are slow.
+    # retried calls is separate.
     ("grpc.initial_reconnect_backoff_ms", 50),
     ("grpc.max_reconnect_backoff_ms", 1000),
+    # The time that an attempt to connect may take, handshakes included: long enough for a slow
+    # link, and shorter than the default of 20 s, because TCP repeats what was lost after 1, 3, 7
+    # and 15 s: a robot that is back in range would wait.
+    ("grpc.min_reconnect_backoff_ms", 10_000),
     ("grpc.enable_http_proxy", 0),
 )
 
