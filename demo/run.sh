@@ -55,7 +55,9 @@ start() {
   # If another program uses the port, the system chooses a free one.
   if (exec 3<>"/dev/tcp/${listen%:*}/${listen#*:}") 2>/dev/null; then listen=127.0.0.1:0; fi
   : >"$log"
-  nohup "$build/bin/$program" --listen="$listen" "$@" </dev/null >"$log" 2>&1 &
+  # In a session of its own, so that the niceness of the server's long work does not count against
+  # other programs (decision 25).
+  setsid nohup "$build/bin/$program" --listen="$listen" "$@" </dev/null >"$log" 2>&1 &
   pid=$!
   echo "$pid" >"$demo/$program.pid"
   until line=$(grep -m1 "^$program ready on " "$log"); do

@@ -217,7 +217,9 @@ def start_server(flags, max_threads):
             pathlib.Path(folder).chmod(0o755)
             os.chown(data_dir, USER, -1)
         limits = {**LIMITS, resource.RLIMIT_NPROC: max_threads}
-        with Server(data_dir, *flags, limits=limits, program=program, user=user) as server:
+        # In the same session, so that attackers and server compete for the processors as equals.
+        with Server(data_dir, *flags, limits=limits, program=program, user=user,
+                    own_session=False) as server:
             yield server, data_dir
 
 

@@ -36,9 +36,14 @@ class Server:
     `limits` are resource limits by their number, such as {resource.RLIMIT_NOFILE: 1024}; each is
     the soft and the hard limit. `environment` are further environment variables. `program` is
     another copy of the program, and `user` the number of the user that it runs as.
+
+    A server has a session of its own, as under systemd, unless `own_session` is False. Linux shares
+    the processors among sessions (autogroup), so that the niceness of the server's long work does
+    not count against the tests that run at the same time (decision 25).
     """
 
-    def __init__(self, data_dir, *flags, limits=None, environment=None, program=None, user=None):
+    def __init__(self, data_dir, *flags, limits=None, environment=None, program=None, user=None,
+                 own_session=True):
         def limit_resources():
             for number, value in (limits or {}).items():
                 resource.setrlimit(number, (value, value))
@@ -50,6 +55,7 @@ class Server:
             [program or BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0",
              *flags],
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=self._log,
+            start_new_session=own_session,
             preexec_fn=limit_resources if limits or user is not None else None,
             env={**os.environ, **environment} if environment else None)
         try:

@@ -31,6 +31,7 @@ class Server:
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
             stderr=self._log,
+            start_new_session=True,  # As in tests/integration/processes.py.
         )
         try:
             self.address = self._read_address()

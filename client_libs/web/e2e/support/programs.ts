@@ -17,7 +17,8 @@ export class Server {
 
   /** Starts a program and waits for its line `NAME ready on ADDRESS`. Fails with its output. */
   static async start(name: string, args: string[]): Promise<Server> {
-    const child = spawn(program(name), args, { stdio: ['ignore', 'pipe', 'pipe'] });
+    // Detached: it gets a session of its own, as in tests/integration/processes.py.
+    const child = spawn(program(name), args, { stdio: ['ignore', 'pipe', 'pipe'], detached: true });
     const killOnExit = () => child.kill('SIGKILL');
     process.once('exit', killOnExit);
     try {
