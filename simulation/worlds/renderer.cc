@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "simulation/worlds/pixel_box.h"
+#include "simulation/worlds/wall_fan.h"
 
 namespace hypermap::simulation {
 namespace {
@@ -44,6 +45,17 @@ PixelBox PixelsOf(const Prism& prism, const CameraModel& camera,
   };
   return {clamp(std::floor(u_low), camera.width), clamp(std::ceil(u_high) + 1, camera.width),
           clamp(std::floor(v_low), camera.height), clamp(std::ceil(v_high) + 1, camera.height)};
+}
+
+// Returns a depth that no point of the prism is nearer than; 0 if a corner is behind the camera.
+double LeastDepth(const Prism& prism, const Eigen::Isometry3d& camera_from_world) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Point& p : prism.footprint) {
+    for (const double z : {prism.low_m, prism.high_m}) {
+      least = std::min(least, (camera_from_world * Eigen::Vector3d(p.x, p.y, z)).z());
+    }
+  }
+  return std::max(0.0, least - 1e-6);  // Rounding errors are smaller.
 }
 
 // Plain numbers instead of Eigen's vectors, because the loop over rays dominates the cost of a
@@ -122,11 +134,14 @@ class Painter {
   void Draw(const Prism& prism, int16_t body) {
     const PixelBox box = PixelsOf(prism, camera_, camera_from_world_);
     const std::vector<Face> faces = FacesOf(prism, origin_);
+    const double least = LeastDepth(prism, camera_from_world_);
     for (int v = box.v_begin; v < box.v_end; ++v) {
       for (int u = box.u_begin; u < box.u_end; ++u) {
         const size_t at = static_cast<size_t>(v) * camera_.width + u;
-        const double hit = Hit(faces, rays_[at]);
         float& depth = view_.depth.metres[at];
+        // Most prisms of a large site are hidden by walls.
+        if (depth > 0.0f && depth <= least) continue;
+        const double hit = Hit(faces, rays_[at]);
         if (hit <= 0.0 || (depth > 0.0f && hit >= depth)) continue;
         depth = static_cast<float>(hit);
         view_.body[at] = body;
@@ -136,14 +151,35 @@ class Painter {
 
   // REQUIRES: nothing has been drawn yet, because the walls overwrite the depth buffer.
   void Draw(const WallGrid& walls) {
+    const WallFan fan(walls, Ahead());
     for (size_t at = 0; at < rays_.size(); ++at) {
       const Direction& ray = rays_[at];
-      const auto hit = walls.Hit(origin_, {ray.x, ray.y, ray.z}, kFarthest);
+      const auto hit = fan.Hit({ray.x, ray.y, ray.z}, kFarthest);
       if (hit) view_.depth.metres[at] = static_cast<float>(*hit);
     }
   }
 
  private:
+  // Returns the horizontal directions of all rays; none if some of them lead backwards. The
+  // extremes are at the image's corners, because the ratio of two linear functions has them there.
+  FanView Ahead() const {
+    const Eigen::Vector3d axis = camera_from_world_.linear().row(2).transpose();
+    const double length = std::hypot(axis.x(), axis.y());
+    const Point forward{axis.x() / length, axis.y() / length};
+    FanView ahead{origin_, forward, 0.0, 0.0, 0.0};
+    const size_t right = static_cast<size_t>(camera_.width) - 1;
+    for (const size_t corner : {size_t{0}, right, rays_.size() - 1 - right, rays_.size() - 1}) {
+      const Direction& ray = rays_[corner];
+      const double along = ray.x * forward.x + ray.y * forward.y;
+      if (!(along > 0.0)) return {origin_, forward, 0.0, 0.0, 0.0};
+      const double slope = (ray.y * forward.x - ray.x * forward.y) / along;
+      ahead.slope_low = std::min(ahead.slope_low, slope);
+      ahead.slope_high = std::max(ahead.slope_high, slope);
+      ahead.reach_m = std::max(ahead.reach_m, kFarthest * along);
+    }
+    return ahead;
+  }
+
   const CameraModel camera_;
   const Eigen::Vector3d origin_;
   const Eigen::Isometry3d camera_from_world_;

@@ -39,6 +39,57 @@ struct Axis {
   double next;  // t of the next border.
 };
 
+// The cells that a ray traverses. There is no block within a cell's distance to the nearest one, so
+// that as many columns and rows can be crossed at once.
+class Traversal {
+ public:
+  // `begin` and `step` (per unit of t) are in cells.
+  Traversal(const FloorPlan& plan, const CellRaster<uint8_t>& away, const Point& begin,
+            const Point& step)
+      : plan_(plan), away_(away), cols_(begin.x, step.x), rows_(begin.y, step.y) {
+    Look();
+  }
+
+  CellIndex cell() const { return {rows_.cell, cols_.cell}; }
+  bool is_block() const { return is_block_; }
+  double t() const { return t_; }          // Where the ray enters the cell; 0 in the first one.
+  double leave() const { return leave_; }  // Where it leaves it.
+  // The border by which the ray has entered the cell. REQUIRES: it is not the first cell.
+  WallGrid::Side side() const {
+    const Axis& axis = by_column_ ? cols_ : rows_;
+    return {by_column_, axis.turn > 0 ? axis.cell : axis.cell + 1,
+            by_column_ ? rows_.cell : cols_.cell};
+  }
+
+  void Next() {
+    t_ = leave_;
+    by_column_ = rows_.After(clear_) >= cols_.After(clear_);
+    Axis& first = by_column_ ? cols_ : rows_;
+    Axis& second = by_column_ ? rows_ : cols_;
+    first.Advance(clear_);
+    second.AdvanceTo(t_, clear_ - 1);
+    Look();
+  }
+
+ private:
+  void Look() {
+    const bool is_in_plan = plan_.Contains(cell());
+    is_block_ = is_in_plan && plan_.at(cell()) != Floor::kFree;
+    clear_ = is_in_plan ? std::max<int32_t>(1, away_.at(cell())) : 1;
+    leave_ = std::min(rows_.After(clear_), cols_.After(clear_));
+  }
+
+  const FloorPlan& plan_;
+  const CellRaster<uint8_t>& away_;
+  Axis cols_;
+  Axis rows_;
+  double t_ = 0.0;
+  double leave_ = 0.0;
+  int32_t clear_ = 1;  // Borders to cross at once.
+  bool is_block_ = false;
+  bool by_column_ = false;
+};
+
 // Chessboard distance of each cell to the nearest cell that is not free, at most kFarthest, in two
 // passes (Rosenfeld and Pfaltz 1966).
 constexpr uint8_t kFarthest = 100;
@@ -72,46 +123,76 @@ WallGrid::WallGrid(FloorPlan plan, const GridGeometry& geometry, double height_m
       sin_yaw_(std::sin(grid_from_world_.yaw())),
       height_m_(height_m) {}
 
+Point WallGrid::InCells(const Point& direction) const {
+  const double r = geometry_.resolution_m;
+  return {(cos_yaw_ * direction.x - sin_yaw_ * direction.y) / r,
+          (sin_yaw_ * direction.x + cos_yaw_ * direction.y) / r};
+}
+
 std::optional<double> WallGrid::Hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                                     double most) const {
-  const Point begin = grid_from_world_ * Point{origin.x(), origin.y()};
-  const double r = geometry_.resolution_m;
-  const double dx = cos_yaw_ * direction.x() - sin_yaw_ * direction.y();
-  const double dy = sin_yaw_ * direction.x() + cos_yaw_ * direction.y();
-  Axis cols(begin.x / r, dx / r), rows(begin.y / r, dy / r);
   const double to_floor =
       direction.z() < 0 ? -origin.z() / direction.z() : std::numeric_limits<double>::infinity();
   const double end = std::min(most, to_floor);
   bool inside = true;  // Whether the ray has not yet left the blocks in which it begins.
-  for (double t = 0; t <= end;) {
-    const CellIndex cell{rows.cell, cols.cell};
-    // There is no block within the distance to the nearest one, so that as many columns and rows
-    // can be crossed at once.
-    const bool is_in_plan = plan_.Contains(cell);
-    const int32_t clear = is_in_plan ? std::max<int32_t>(1, away_.at(cell)) : 1;
-    const double leave = std::min(rows.After(clear), cols.After(clear));
-    const bool is_block = is_in_plan && plan_.at(cell) != Floor::kFree;
-    inside = inside && is_block;
-    if (is_block && !inside) {
-      const double z = origin.z() + t * direction.z();
-      if (z >= 0 && z <= height_m_) return t;
+  for (Traversal way(plan_, away_, PlaceInCells({origin.x(), origin.y()}),
+                     InCells({direction.x(), direction.y()}));
+       way.t() <= end; way.Next()) {
+    inside = inside && way.is_block();
+    if (way.is_block() && !inside) {
+      const double z = origin.z() + way.t() * direction.z();
+      if (z >= 0 && z <= height_m_) return way.t();
       // The ray is above the block here, and may come down onto its top before it leaves the cell.
       const double to_top = direction.z() < 0 ? (height_m_ - origin.z()) / direction.z() : -1.0;
-      if (z > height_m_ && to_top >= t && to_top <= std::min(leave, end)) return to_top;
+      if (z > height_m_ && to_top >= way.t() && to_top <= std::min(way.leave(), end)) return to_top;
     }
-    if (!is_block && leave >= end) break;
-    t = leave;
-    Axis& first = rows.After(clear) < cols.After(clear) ? rows : cols;
-    Axis& second = &first == &rows ? cols : rows;
-    first.Advance(clear);
-    second.AdvanceTo(t, clear - 1);
+    if (!way.is_block() && way.leave() >= end) break;
   }
-  if (to_floor > most || to_floor <= 0) return std::nullopt;
-  const Point floor{begin.x + to_floor * dx, begin.y + to_floor * dy};
-  const CellIndex cell{static_cast<int32_t>(std::floor(floor.y / r)),
-                       static_cast<int32_t>(std::floor(floor.x / r))};
-  if (!plan_.Contains(cell)) return std::nullopt;
-  return to_floor;
+  return HitFloor(origin, direction, most);
+}
+
+std::optional<WallGrid::Side> WallGrid::FirstSide(const Point& origin, const Point& direction,
+                                                  double most) const {
+  Traversal way(plan_, away_, PlaceInCells(origin), InCells(direction));
+  while (!way.is_block()) {
+    if (way.leave() > most) return std::nullopt;
+    way.Next();
+  }
+  return way.side();
+}
+
+WallGrid::Line WallGrid::LineOf(const Side& side, const Point& origin) const {
+  const Point begin = PlaceInCells(origin);
+  if (side.is_between_columns) {
+    return {{cos_yaw_, -sin_yaw_}, (side.border - begin.x) * geometry_.resolution_m};
+  }
+  return {{sin_yaw_, cos_yaw_}, (side.border - begin.y) * geometry_.resolution_m};
+}
+
+std::optional<double> WallGrid::HitFloor(const Eigen::Vector3d& origin,
+                                         const Eigen::Vector3d& direction, double most) const {
+  if (direction.z() >= 0) return std::nullopt;
+  const double t = -origin.z() / direction.z();
+  if (t > most || t <= 0) return std::nullopt;
+  const Point floor{origin.x() + t * direction.x(), origin.y() + t * direction.y()};
+  if (!plan_.Contains(CellAt(floor))) return std::nullopt;
+  return t;
+}
+
+bool WallGrid::IsBlock(const Point& place) const {
+  const CellIndex cell = CellAt(place);
+  return plan_.Contains(cell) && plan_.at(cell) != Floor::kFree;
+}
+
+Point WallGrid::PlaceInCells(const Point& place) const {
+  const Point in_grid = grid_from_world_ * place;
+  return {in_grid.x / geometry_.resolution_m, in_grid.y / geometry_.resolution_m};
+}
+
+CellIndex WallGrid::CellAt(const Point& place) const {
+  const Point in_cells = PlaceInCells(place);
+  return {static_cast<int32_t>(std::floor(in_cells.y)),
+          static_cast<int32_t>(std::floor(in_cells.x))};
 }
 
 }  // namespace hypermap::simulation

@@ -30,7 +30,36 @@ class WallGrid {
   std::optional<double> Hit(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
                             double most) const;
 
+  // A side of a block: part of the border between two columns, or between two rows.
+  struct Side {
+    bool is_between_columns = false;
+    int32_t border = 0;  // The number of the column or row above the border.
+    int32_t along = 0;   // The block's row, or its column.
+  };
+  // Returns the side at which origin + t * direction meets its first block, at whatever height, for
+  // t in (0, most]; nullopt if it meets none.
+  // REQUIRES: `origin` is not in a block.
+  std::optional<Side> FirstSide(const Point& origin, const Point& direction, double most) const;
+  // The line of a side: the points p with normal * (p - origin) = distance, in the world.
+  struct Line {
+    Point normal;
+    double distance = 0.0;
+  };
+  Line LineOf(const Side& side, const Point& origin) const;
+  // Returns the t in (0, most] at which the ray meets the floor from above, as if there were no
+  // blocks; nullopt if it does not.
+  std::optional<double> HitFloor(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction,
+                                 double most) const;
+
+  bool IsBlock(const Point& place) const;
+  double height_m() const { return height_m_; }
+
  private:
+  // Return a place or a direction of the world in cells of the plan.
+  Point PlaceInCells(const Point& place) const;
+  Point InCells(const Point& direction) const;
+  CellIndex CellAt(const Point& place) const;
+
   FloorPlan plan_;
   CellRaster<uint8_t> away_;  // Chessboard distance to the nearest block, in cells.
   GridGeometry geometry_;

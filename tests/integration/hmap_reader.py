@@ -110,34 +110,42 @@ def read_png(data):
             packed += body
     channels = {0: 1, 2: 3, 4: 2, 6: 4}[colour]
     lines = numpy.frombuffer(zlib.decompress(packed), numpy.uint8).reshape(height, -1)
-    image = numpy.zeros((height + 1, width + 1, channels), numpy.int64)  # row 0, column 0: zeros
-    for y in range(height):
-        _unfilter(int(lines[y, 0]), lines[y, 1:].reshape(width, channels), image, y + 1)
-    image = image[1:, 1:].astype(float)
+    image = numpy.zeros((height, width, channels), numpy.int64)
+    above = image[0]
+    for y, line in enumerate(lines):
+        above = image[y] = _unfilter(line[0], line[1:].reshape(width, channels).astype(int), above)
+    image = image.astype(float)
     if channels > 2:
         assert (image[..., 0] == image[..., 1]).all() and (image[..., 0] == image[..., 2]).all()
     alpha = image[..., -1] if channels in (2, 4) else numpy.full((height, width), 255.0)
     return image[..., 0], alpha
 
 
-def _unfilter(kind, line, image, y):
-    """Undoes one of PNG's five filters. image[y - 1] is the line above, column 0 is zero."""
+def _unfilter(kind, line, above):
+    """Undoes one of PNG's five filters of a line. `line` and `above`, the decoded line above it,
+    are arrays (width, channels) of integers."""
     if kind == 0:
-        image[y, 1:] = line
-    elif kind == 2:
-        image[y, 1:] = (line + image[y - 1, 1:]) % 256
-    else:
-        for x in range(1, image.shape[1]):
-            for c in range(image.shape[2]):
-                left, up, corner = (int(image[y, x - 1, c]), int(image[y - 1, x, c]),
-                                    int(image[y - 1, x - 1, c]))
-                if kind == 1:
-                    guess = left
-                elif kind == 3:
-                    guess = (left + up) // 2
-                else:
-                    guess = min((left, up, corner), key=lambda v: abs(left + up - corner - v))
-                image[y, x, c] = (int(line[x - 1, c]) + guess) % 256
+        return line
+    if kind == 1:
+        return numpy.cumsum(line, axis=0) % 256
+    if kind == 2:
+        return (line + above) % 256
+    # In plain integers, which are faster than NumPy's, because each value depends on the last one.
+    channels = []
+    for c in range(line.shape[1]):
+        values, left, corner = [], 0, 0
+        for value, up in zip(line[:, c].tolist(), above[:, c].tolist()):
+            if kind == 3:
+                guess = (left + up) // 2
+            else:  # Paeth's: of left, up and corner, the first that is nearest to left + up - corner.
+                to_left, to_up, to_corner = (abs(up - corner), abs(left - corner),
+                                             abs(left + up - 2 * corner))
+                guess = (left if to_left <= to_up and to_left <= to_corner
+                         else up if to_up <= to_corner else corner)
+            left, corner = (value + guess) % 256, up
+            values.append(left)
+        channels.append(values)
+    return numpy.array(channels).T
 
 
 def read_shape(wkt):

@@ -117,9 +117,25 @@ def covered(area, x, y):
     near = (x >= low_x) & (x <= high_x) & (y >= low_y) & (y <= high_y)
     chosen = numpy.zeros(x.shape, bool)
     if near.any():
-        chosen[near] = (shapely.vectorized.contains(area, x[near], y[near]) |
-                        shapely.vectorized.touches(area, x[near], y[near]))
+        chosen[near] = shapely.vectorized.contains(area, x[near], y[near])
+    # shapely is slow to tell which points are on the boundary, so only those next to it are asked.
+    edge = near & ~chosen
+    edge[edge] = _next_to_boundary(area, x[edge], y[edge])
+    if edge.any():
+        chosen[edge] = shapely.vectorized.touches(area, x[edge], y[edge])
     return chosen
+
+
+def _next_to_boundary(area, x, y, within=1e-6):
+    """Tells for each point whether it is within a distance of the line through an edge of the
+    polygon."""
+    close = numpy.zeros(x.shape, bool)
+    for ring in (area.exterior, *area.interiors):
+        corners = numpy.array(ring.coords)
+        for (x1, y1), (x2, y2) in zip(corners, corners[1:]):
+            length = math.hypot(x2 - x1, y2 - y1)
+            close |= abs((x - x1) * (y2 - y1) - (y - y1) * (x2 - x1)) <= within * length
+    return close
 
 
 def _cell_at(grid, x, y):

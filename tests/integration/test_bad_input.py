@@ -10,6 +10,7 @@ import zipfile
 import zlib
 
 import grpc
+from hypermap.v1 import query_service_pb2
 
 import rpc
 import sites
@@ -204,9 +205,10 @@ class BadRequests(SiteTest):
                 "name": name, "kind": "LAYER_KIND_SEMANTIC", "shape_kinds": [f"SHAPE_KIND_{kind}"]})
 
     def refusal(self, method, request):
-        """Sends a request that must fail and returns its error."""
+        """Sends a request, a dictionary or a message, that must fail, and returns its error."""
         with self.assertRaises(grpc.RpcError) as caught:
-            answer = getattr(self.client, method)(**request)
+            call = getattr(self.client, method)
+            answer = call(**request) if isinstance(request, dict) else call(request)
             for _ in answer if hasattr(answer, "cancel") else ():
                 pass
         return caught.exception
@@ -264,7 +266,10 @@ class BadRequests(SiteTest):
         self.assertIn("€€... (", error.details())
 
     def test_a_huge_message_is_refused(self):
-        error = self.refusal("QueryValue", {"scope": rpc.scope("site"), "value": "x" * (200 << 20)})
+        # A message, because it would take seconds to convert a dictionary.
+        request = query_service_pb2.QueryValueRequest(value="x" * (200 << 20))
+        request.scope.map = "site"
+        error = self.refusal("QueryValue", request)
         self.assertEqual(error.code(), EXHAUSTED)
         self.assertEqual(sites.labels(self.client), {})
 

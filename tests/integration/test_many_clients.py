@@ -108,10 +108,10 @@ class ManyClients(SiteTest):
         self.start("--max_watchers=2000", "--max_request_bytes=8589934592")
         before = resident(self.site.pid)
         watches = []
-        for i in range(1000):
-            request = json_format.ParseDict(
-                {"scope": rpc.scope("site"), "area": disc(0.001 * i, 2000)},
-                watch_service_pb2.WatchRequest())
+        request = json_format.ParseDict({"scope": rpc.scope("site"), "area": disc(0.0, 2000)},
+                                        watch_service_pb2.WatchRequest())
+        for _ in range(1000):
+            request.area.outer.xs[:] = [x + 0.001 for x in request.area.outer.xs]
             watches.append(self.client.Watch(request))
         for watch in watches:
             next(watch)
