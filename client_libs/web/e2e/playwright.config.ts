@@ -2,7 +2,7 @@ import { defineConfig } from '@playwright/test';
 
 import { buildFolder, chromium } from './support/places.js';
 
-// ctest runs the spec files as separate processes in parallel, so each has its own results folder.
+// ctest runs groups of spec files in parallel, each with its own folder for the results.
 const run = process.env.E2E_RUN ?? 'all';
 
 export default defineConfig({

@@ -1,10 +1,14 @@
 #!/bin/bash
-# Runs one spec file (its name without .spec.ts) against the programs and the dashboard of a build
-# folder. The exit code is 77 if this machine has no browser or no suitable Node or Go.
+# run.sh NAME BUILD SPEC...
+# Runs spec files (their names without .spec.ts), one after the other, against the programs and the
+# dashboard of the folder BUILD. NAME is that of the folder for the results. The exit code is 77 if
+# this machine has no browser or no suitable Node or Go.
 set -euo pipefail
-spec=$1
+name=$1
 HYPERMAP_BUILD=$(realpath "$2")
 export HYPERMAP_BUILD
+specs=("${@:3}")
+specs=("${specs[@]/#/specs/}")
 cd "$(dirname "$0")"
 source ../tools.sh
 
@@ -17,4 +21,5 @@ fi
 # Without this capability it runs as it does for other users.
 as_others=()
 if ((EUID == 0)); then as_others=(setpriv --bounding-set -sys_nice --inh-caps -sys_nice); fi
-E2E_RUN=$spec E2E_WORKERS=1 exec "${as_others[@]}" ../node_modules/.bin/playwright test "specs/$spec.spec.ts"
+E2E_RUN=$name E2E_WORKERS=1 exec "${as_others[@]}" ../node_modules/.bin/playwright test \
+  "${specs[@]/%/.spec.ts}"
