@@ -19,7 +19,8 @@ export default defineConfig({
     viewport: { width: 1440, height: 900 },
     colorScheme: 'light',
     actionTimeout: 60_000,
-    trace: 'retain-on-failure',
+    // Recording a trace takes time. To see why a test fails, run it with --trace on.
+    trace: 'on-first-retry',
     launchOptions: {
       executablePath: chromium,
       args: [
