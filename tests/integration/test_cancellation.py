@@ -89,14 +89,16 @@ class Cancellation(CancellationTest):
 
     @cancels("GetExploration", "ReleaseGoal", "StopExploration")
     def test_calls_of_an_exploration_whose_floor_has_changed(self):
-        """Each would have to look at all of the floor anew."""
-        self.make_floor(side=2400)
-        self.start_exploration(area=sites.square(0, 0, 120.0))
-        claim = {"map": "site", "robot": "robot", "pose": {"x": 60.0, "y": 60.0},
+        """Each would have to look at all of the floor, most of which is new."""
+        self.make_floor(side=400)
+        self.start_exploration(area=sites.square(0, 0, 240.0))
+        claim = {"map": "site", "robot": "robot", "pose": {"x": 10.0, "y": 10.0},
                  "lease": "600s"}
         goal = {"map": "site", "robot": "robot",
                 "goal_id": self.client.ClaimGoal(**claim).goal.id}
-        self.client.ApplyEdits(map="site", edits=self.stripes("grid", step_m=0.2, side_m=100.0))
+        self.client.ApplyEdits(map="site", edits=[
+            self.fill(sites.square(0, 0, 240.0)),
+            *self.stripes("grid", step_m=0.45, side_m=200.0)])
         before = sites.revision(self.client)
         self.expect_given_up("GetExploration", lambda: [self.begin("GetExploration", map="site")])
         self.expect_given_up("ReleaseGoal", lambda: [
