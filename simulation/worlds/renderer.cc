@@ -47,17 +47,6 @@ PixelBox PixelsOf(const Prism& prism, const CameraModel& camera,
           clamp(std::floor(v_low), camera.height), clamp(std::ceil(v_high) + 1, camera.height)};
 }
 
-// Returns a depth that no point of the prism is nearer than; 0 if a corner is behind the camera.
-double LeastDepth(const Prism& prism, const Eigen::Isometry3d& camera_from_world) {
-  double least = std::numeric_limits<double>::infinity();
-  for (const Point& p : prism.footprint) {
-    for (const double z : {prism.low_m, prism.high_m}) {
-      least = std::min(least, (camera_from_world * Eigen::Vector3d(p.x, p.y, z)).z());
-    }
-  }
-  return std::max(0.0, least - 1e-6);  // Rounding errors are smaller.
-}
-
 // Plain numbers instead of Eigen's vectors, because the loop over rays dominates the cost of a
 // drive.
 struct Direction {
@@ -134,14 +123,11 @@ class Painter {
   void Draw(const Prism& prism, int16_t body) {
     const PixelBox box = PixelsOf(prism, camera_, camera_from_world_);
     const std::vector<Face> faces = FacesOf(prism, origin_);
-    const double least = LeastDepth(prism, camera_from_world_);
     for (int v = box.v_begin; v < box.v_end; ++v) {
       for (int u = box.u_begin; u < box.u_end; ++u) {
         const size_t at = static_cast<size_t>(v) * camera_.width + u;
-        float& depth = view_.depth.metres[at];
-        // Most prisms of a large site are hidden by walls.
-        if (depth > 0.0f && depth <= least) continue;
         const double hit = Hit(faces, rays_[at]);
+        float& depth = view_.depth.metres[at];
         if (hit <= 0.0 || (depth > 0.0f && hit >= depth)) continue;
         depth = static_cast<float>(hit);
         view_.body[at] = body;

@@ -10,19 +10,22 @@ namespace {
 // Sectors for the width of a cell at the farthest place. One would be enough; more of them meet the
 // same side at both borders.
 constexpr double kSectorsPerCell = 4.0;
+// With more of them, for the cells of a very fine grid, the fan would cost as much as the pixels.
+constexpr double kMostSectors = 20'000;
 
 }  // namespace
 
 WallFan::WallFan(const WallGrid& walls, const FanView& view)
     : walls_(walls), view_(view), left_{-view.forward.y, view.forward.x} {
   const Point origin{view.origin.x(), view.origin.y()};
-  // Below the top of the blocks, a ray that passes above one of them rises, so that it meets
-  // nothing after it.
-  if (view.origin.z() > walls.height_m() || walls.IsBlock(origin)) return;
+  // From between the floor and the top of the blocks, a ray that passes below or above one of them
+  // leaves that space for good, so that only its first block counts.
+  if (view.origin.z() < 0.0 || view.origin.z() > walls.height_m() || walls.IsBlock(origin)) return;
   const double width = view.slope_high - view.slope_low;
-  const auto num_sectors = static_cast<size_t>(
-      std::ceil(width * view.reach_m / walls.geometry().resolution_m * kSectorsPerCell));
-  if (num_sectors == 0) return;
+  const double wanted =
+      std::ceil(width * view.reach_m / walls.geometry().resolution_m * kSectorsPerCell);
+  if (!(wanted > 0.0 && wanted <= kMostSectors)) return;
+  const auto num_sectors = static_cast<size_t>(wanted);
   sectors_per_slope_ = static_cast<double>(num_sectors) / width;
   std::optional<WallGrid::Side> last;
   for (size_t i = 0; i <= num_sectors; ++i) {

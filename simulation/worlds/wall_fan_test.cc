@@ -34,7 +34,7 @@ TEST(WallFanTest, SeesWhatEachRayMeets) {
     const WallGrid walls(plan, {RandomTransform(rng, 3), Uniform(rng, 0.05, 0.3)}, 2.0);
     const Point at = walls.geometry().CentreOf(robot);
     const double yaw = Uniform(rng, -M_PI, M_PI);
-    const FanView view{{at.x, at.y, Uniform(rng, 0.1, 2.2)},
+    const FanView view{{at.x, at.y, Uniform(rng, -0.3, 2.2)},
                        {std::cos(yaw), std::sin(yaw)},
                        Uniform(rng, -1.0, 0.0),
                        Uniform(rng, 0.1, 1.0),

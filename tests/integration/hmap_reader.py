@@ -137,7 +137,7 @@ def _unfilter(kind, line, above):
         for value, up in zip(line[:, c].tolist(), above[:, c].tolist()):
             if kind == 3:
                 guess = (left + up) // 2
-            else:  # Paeth's: of left, up and corner, the first that is nearest to left + up - corner.
+            else:  # Paeth's: of left, up and corner, the first nearest to left + up - corner.
                 to_left, to_up, to_corner = (abs(up - corner), abs(left - corner),
                                              abs(left + up - 2 * corner))
                 guess = (left if to_left <= to_up and to_left <= to_corner

@@ -17,8 +17,8 @@ if ! command -v "${HYPERMAP_CHROMIUM:-chromium}" >/dev/null; then
   echo 'the end-to-end tests need Chromium' >&2
   exit 77
 fi
-# As root, Chromium raises the priority of its threads and takes the processors from everything else.
-# Without this capability it runs as it does for other users.
+# As root, Chromium raises the priority of its threads and takes the processors from everything
+# else. Without this capability it runs as it does for other users.
 as_others=()
 if ((EUID == 0)); then as_others=(setpriv --bounding-set -sys_nice --inh-caps -sys_nice); fi
 E2E_RUN=$name E2E_WORKERS=1 exec "${as_others[@]}" ../node_modules/.bin/playwright test \
