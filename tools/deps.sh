@@ -26,8 +26,8 @@ packages_of() {
              libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev libutfcpp-dev \
              libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcairo2-dev \
              libpcl-dev ;;
-    test)  echo chromium fonts-dejavu-core gdal-bin libfaketime openssl python3-gdal python3-grpcio \
-             python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
+    test)  echo chromium-headless-shell fonts-dejavu-core gdal-bin libfaketime openssl python3-gdal \
+             python3-grpcio python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
     web)   echo protobuf-compiler ;;
     python) echo openssl python3-venv ;;
     lint)  echo clang-format-14 clang-tidy-14 ;;

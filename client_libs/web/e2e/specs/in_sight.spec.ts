@@ -3,7 +3,7 @@ import type { Page } from '@playwright/test';
 import type { Dashboard, Place } from '../support/dashboard.js';
 import { putSquare } from '../support/edits.js';
 import type { Site } from '../support/site.js';
-import { expect, shot, test } from '../support/test.js';
+import { expect, shot, stillScreenshot, test } from '../support/test.js';
 
 /**
  * The lower left corner of a square trolley of half a metre, its centre, and a place near the
@@ -32,12 +32,8 @@ async function openTrolley(
 }
 
 /** Takes a picture of a part of the map that no panel covers, once nothing moves. */
-async function picture(page: Page): Promise<Buffer> {
-  const clip = { x: 20, y: 90, width: 280, height: 200 };
-  let before: Buffer | undefined;
-  let now = await page.screenshot({ clip });
-  while (!before?.equals(now)) [before, now] = [now, await page.screenshot({ clip })];
-  return now;
+function picture(page: Page): Promise<Buffer> {
+  return stillScreenshot(page, { clip: { x: 20, y: 90, width: 280, height: 200 } });
 }
 
 /** Counts the different pictures of one pixel column of the map during an action. */

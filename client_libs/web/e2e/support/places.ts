@@ -10,7 +10,7 @@ export const buildFolder = process.env.HYPERMAP_BUILD ?? `${root}build`;
 export const dashboardFolder = process.env.HYPERMAP_DASHBOARD ?? `${buildFolder}/dashboard`;
 
 /** The system's browser. Playwright's own browsers are not available from a package registry. */
-export const chromium = process.env.HYPERMAP_CHROMIUM ?? '/usr/bin/chromium';
+export const chromium = process.env.HYPERMAP_CHROMIUM ?? '/usr/bin/chromium-headless-shell';
 
 /** The path of a program of the build. */
 export const program = (name: string): string => `${buildFolder}/bin/${name}`;

@@ -1,4 +1,9 @@
-import { type BrowserContext, type Page, test as base } from '@playwright/test';
+import {
+  type BrowserContext,
+  type Page,
+  type PageScreenshotOptions,
+  test as base,
+} from '@playwright/test';
 import { mkdir, rm, writeFile } from 'node:fs/promises';
 
 import { Dashboard } from './dashboard.js';
@@ -101,19 +106,32 @@ export const test = base.extend<TestFixtures, WorkerFixtures>({
 });
 
 const shotDeadlineMs = 10_000;
+// Taking a screenshot keeps a processor busy, so that two in a row would slow down other tests.
+const stillPauseMs = 200;
+
+/** Takes a screenshot once two in a row are equal, or when the time is over. */
+export async function stillScreenshot(
+  page: Page,
+  options: PageScreenshotOptions = {},
+  timeoutMs = Infinity,
+): Promise<Buffer> {
+  const deadline = Date.now() + timeoutMs;
+  let before: Buffer | undefined;
+  let now = await page.screenshot(options);
+  while (!before?.equals(now) && Date.now() < deadline) {
+    await page.waitForTimeout(stillPauseMs);
+    [before, now] = [now, await page.screenshot(options)];
+  }
+  return now;
+}
 
 /**
  * Takes a screenshot once nothing moves, or after some seconds, and saves it as
  * build/e2e/screenshots/NAME.png.
  */
 export async function shot(page: Page, name: string): Promise<void> {
-  const deadline = Date.now() + shotDeadlineMs;
-  let before: Buffer | undefined;
-  let now = await page.screenshot();
-  while (!before?.equals(now) && Date.now() < deadline) {
-    [before, now] = [now, await page.screenshot()];
-  }
+  const picture = await stillScreenshot(page, {}, shotDeadlineMs);
   const folder = `${buildFolder}/e2e/screenshots`;
   await mkdir(folder, { recursive: true });
-  await writeFile(`${folder}/${name}.png`, now);
+  await writeFile(`${folder}/${name}.png`, picture);
 }
