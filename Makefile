@@ -138,7 +138,7 @@ nightly:
 	@$(MAKE) tsan asan gcc
 	@$(MAKE) prove
 	@$(MAKE) fuzz SECONDS=$(or $(SECONDS),600)
-	@HYPERMAP_TEST_CUTS=200 $(MAKE) test CI=
+	@HYPERMAP_TEST_CUTS=200 HYPERMAP_TEST_WHOLE_DEMO=1 $(MAKE) test CI=
 	@$(CTEST) --test-dir build --repeat until-fail:10
 	@$(MAKE) attack
 

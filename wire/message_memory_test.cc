@@ -1,5 +1,6 @@
 #include "wire/message_memory.h"
 
+#include <grpcpp/impl/grpc_library.h>
 #include <gtest/gtest.h>
 
 #include <string>
@@ -11,6 +12,10 @@
 
 namespace hypermap::wire {
 namespace {
+
+// ByteBuffer needs it. Programs with a server or a channel have it from there, even if gRPC is
+// linked statically.
+const grpc::internal::GrpcLibraryInitializer kInitializeGrpc;
 
 grpc::ByteBuffer BufferOf(const std::string& bytes) {
   const grpc::Slice slice(bytes);

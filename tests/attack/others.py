@@ -1,7 +1,7 @@
 """A client that is not attacked: it asks points of the map "other" and edits it, one call after
 another, until its standard input ends.
 
-Usage: others.py ADDRESS. Prints a line for each call: the times of its beginning and end by the
+Usage: others.py ADDRESS PAUSE_S. Waits so long after each call. Prints a line for each call: the times of its beginning and end by the
 monotonic clock in seconds, and its status.
 """
 
@@ -26,6 +26,7 @@ def _calls(client, object_id):
 
 
 def main():
+    address, pause_s = sys.argv[1], float(sys.argv[2])
     stop = threading.Event()
 
     def wait_for_end():
@@ -33,7 +34,7 @@ def main():
         stop.set()
 
     threading.Thread(target=wait_for_end, daemon=True).start()
-    with rpc.Client(sys.argv[1]) as client:
+    with rpc.Client(address) as client:
         (object_id,) = client.ApplyEdits(map=MAP, edits=[sites.put("chair", 0, 0)]).object_ids
         while not stop.is_set():
             for call in _calls(client, object_id):
@@ -43,8 +44,8 @@ def main():
                 except grpc.RpcError as error:
                     status = error.code().name
                 print(begin, time.monotonic(), status, flush=True)
-                if status != "OK":
-                    stop.wait(0.01)  # A server that has ended refuses connections at once.
+                # A server that has ended refuses connections at once.
+                stop.wait(pause_s if status == "OK" else 0.01)
 
 
 if __name__ == "__main__":

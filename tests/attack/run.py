@@ -37,13 +37,16 @@ HERE = pathlib.Path(__file__).resolve().parent
 MEMORY_LIMIT = 1 << 30
 # The address space keeps a server without defence from taking the memory of the machine. The limit
 # of threads (Attack.max_threads) holds for a user other than root, of whom there is no other
-# process.
+# process: parts of the attacks may run at once.
 LIMITS = {resource.RLIMIT_NOFILE: 1024, resource.RLIMIT_AS: 8 << 30}
-USER = 64120
+USER = 30_000 + os.getpid() % 30_000
 FLAGS = {"memory_limit": MEMORY_LIMIT, "max_scratch_bytes": 512 << 20}
 
 ROUNDS = 5
 QUIET_S = 3
+# Pause of the clients that are not attacked after each call. The short form measures no time, and
+# leaves the processors to the tests beside it.
+PAUSE_S = {"full": 0, "short": 0.01}
 SERVED_DEADLINE_S = 30
 MAX_P99_RATIO = 3
 MAX_SERVED_S = 1
@@ -122,10 +125,10 @@ def time_until_served(server):
 class Others:
     """The process of the clients that are not attacked."""
 
-    def __init__(self, address):
+    def __init__(self, address, pause_s):
         self._output = tempfile.TemporaryFile("w+")
         self._process = subprocess.Popen(
-            [sys.executable, HERE / "others.py", address],
+            [sys.executable, HERE / "others.py", address, str(pause_s)],
             stdin=subprocess.PIPE, stdout=self._output)
 
     def wait_until_ready(self):
@@ -231,7 +234,7 @@ def attack_once(attack, form, share, flags, stretch=1):
                       share) as attacker:
             if attacker.read() != "prepared":
                 raise AssertionError(f"{attack.name} could not be prepared: {attacker.error()}")
-            with Others(server.address) as clients:
+            with Others(server.address, PAUSE_S[form]) as clients:
                 return _attack_prepared(attack, form, server, attacker, clients)
 
 
@@ -362,6 +365,8 @@ def main():
                         help=f"attacks to run; default: all. {', '.join(attacks.BY_NAME)}")
     parser.add_argument("--short", action="store_true",
                         help="one short round, by default of the attacks that are defended")
+    parser.add_argument("--part", metavar="I/N", default="1/1",
+                        help="only the I-th of N equal parts of these attacks")
     parser.add_argument("--rounds", type=int, help=f"rounds of each attack; default: {ROUNDS}")
     parser.add_argument("--attackers_share", choices=("idle", "equal"),
                         help="share of the attackers in the processors: the time that nobody else "
@@ -375,6 +380,8 @@ def main():
     names = arguments.names or list(attacks.BY_NAME)
     if unknown := set(names) - set(attacks.BY_NAME):
         parser.error(f"there is no attack {', '.join(sorted(unknown))}")
+    part, parts = map(int, arguments.part.split("/"))
+    names = names[part - 1::parts]
     flags = server_flags()
     results = []
     for name in names:
