@@ -365,6 +365,9 @@ def main():
                         help=f"attacks to run; default: all. {', '.join(attacks.BY_NAME)}")
     parser.add_argument("--short", action="store_true",
                         help="one short round, by default of the attacks that are defended")
+    parser.add_argument("--own_session", action="store_true",
+                        help="run in a session of its own, whose share of the processors does not "
+                             "depend on how many other tests run (autogroups, sched(7))")
     parser.add_argument("--part", metavar="I/N", default="1/1",
                         help="only the I-th of N equal parts of these attacks")
     parser.add_argument("--rounds", type=int, help=f"rounds of each attack; default: {ROUNDS}")
@@ -373,6 +376,8 @@ def main():
                              "needs, because in the field they are other machines, or as much as "
                              "the server; default: idle, in the short form equal")
     arguments = parser.parse_args()
+    if arguments.own_session:
+        os.setsid()
     form = "short" if arguments.short else "full"
     # The short form measures no time, and runs beside other tests, which may leave no idle time.
     share = arguments.attackers_share or ("equal" if arguments.short else "idle")
