@@ -1,8 +1,8 @@
 """A client that is not attacked: it asks points of the map "other" and edits it, one call after
 another, until its standard input ends.
 
-Usage: others.py ADDRESS PAUSE_S. Waits so long after each call. Prints a line for each call: the times of its beginning and end by the
-monotonic clock in seconds, and its status.
+Usage: others.py ADDRESS PAUSE_S. Pauses after each call, and prints a line for it: the times of its
+beginning and end by the monotonic clock in seconds, and its status.
 """
 
 import sys

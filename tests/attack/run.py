@@ -358,6 +358,14 @@ def server_flags():
     return [f"--{name}={value}" for name, value in FLAGS.items() if f"--{name} " in known]
 
 
+def part_of(text):
+    """Returns the numbers I and N of "I/N"."""
+    found = re.fullmatch(r"(\d+)/(\d+)", text)
+    if not found or not 1 <= int(found[1]) <= int(found[2]):
+        raise argparse.ArgumentTypeError(f"{text} is not I/N with 1 <= I <= N")
+    return int(found[1]), int(found[2])
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -368,7 +376,7 @@ def main():
     parser.add_argument("--own_session", action="store_true",
                         help="run in a session of its own, whose share of the processors does not "
                              "depend on how many other tests run (autogroups, sched(7))")
-    parser.add_argument("--part", metavar="I/N", default="1/1",
+    parser.add_argument("--part", metavar="I/N", type=part_of, default="1/1",
                         help="only the I-th of N equal parts of these attacks")
     parser.add_argument("--rounds", type=int, help=f"rounds of each attack; default: {ROUNDS}")
     parser.add_argument("--attackers_share", choices=("idle", "equal"),
@@ -385,8 +393,10 @@ def main():
     names = arguments.names or list(attacks.BY_NAME)
     if unknown := set(names) - set(attacks.BY_NAME):
         parser.error(f"there is no attack {', '.join(sorted(unknown))}")
-    part, parts = map(int, arguments.part.split("/"))
+    part, parts = arguments.part
     names = names[part - 1::parts]
+    if not names:
+        parser.error(f"part {part} of {parts} has no attacks")
     flags = server_flags()
     results = []
     for name in names:
