@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_MAP_EXPLORATION_CELL_RASTER_H_
 #define HYPERMAP_MAP_EXPLORATION_CELL_RASTER_H_
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -9,12 +10,16 @@
 #include <vector>
 
 #include "absl/hash/hash.h"
+#include "base/cancellation/cancellation.h"
 #include "map/grid/grid_geometry.h"
 
 namespace hypermap {
 
 // From a cell to those that share a side with it.
 inline constexpr std::array<CellIndex, 4> kSides{{{-1, 0}, {0, -1}, {0, 1}, {1, 0}}};
+
+// Loops over all cells of a raster check for cancellation after this many.
+inline constexpr size_t kCellsPerLook = 4096;
 
 // For hash tables.
 struct CellHash {
@@ -28,8 +33,21 @@ template <typename T>
 class CellRaster {
  public:
   CellRaster() = default;
-  explicit CellRaster(const CellBox& box, T outside = T())
-      : box_(box), outside_(outside), values_(box.num_cells(), outside) {}
+  // All cells have the value `outside`. Has no cells if the work of this thread is cancelled:
+  // filling the raster of a large floor takes a while.
+  explicit CellRaster(const CellBox& box, T outside = T()) : outside_(outside) {
+    const auto num_cells = static_cast<size_t>(box.num_cells());
+    values_.reserve(num_cells);
+    while (values_.size() < num_cells) {
+      if (IsCancelled()) {
+        values_ = {};
+        return;
+      }
+      values_.insert(values_.end(), std::min(16 * kCellsPerLook, num_cells - values_.size()),
+                     outside);
+    }
+    box_ = box;
+  }
 
   const CellBox& box() const { return box_; }
   bool Contains(const CellIndex& cell) const { return box_.Contains(cell); }

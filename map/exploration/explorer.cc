@@ -2,10 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <numbers>
 #include <utility>
 
-#include "absl/container/flat_hash_set.h"
 #include "base/cancellation/cancellation.h"
 #include "map/exploration/block_sums.h"
 #include "map/grid/cell_cover.h"
@@ -28,9 +28,6 @@ constexpr size_t kLooksBack = 16;
 // If more than this part of all cells has changed, the frontiers are found anew.
 constexpr int64_t kShareCovered = 16;
 
-// Loops check for cancellation after this many cells.
-constexpr size_t kCellsPerLook = 4096;
-
 // Estimates of time, in steps of Clearance (below 1 ns each): what a changed cell costs in an
 // update, and what each cell costs in a new Explorer, besides the steps of Clearance itself.
 constexpr int64_t kStepsOfChange = 400;
@@ -43,9 +40,6 @@ constexpr int64_t kWorthUpdating = int64_t{1} << 28;
 // each further quarter of max_looked. kMostThinning bounds the exponent.
 constexpr int64_t kThinning = 2;
 constexpr int64_t kMostThinning = 20;
-
-// Returns no cells once the call is given up: clearing a raster of a large floor takes a while.
-CellBox UnlessCancelled(const CellBox& box) { return IsCancelled() ? CellBox() : box; }
 
 // Returns the cells of `box` that `cover` selects.
 CellRaster<uint8_t> CoveredBy(const CellCover& cover, const CellBox& box) {
@@ -117,16 +111,16 @@ Explorer::Explorer(const GridLayer& occupancy, const Polygon& area, const Option
       lattice_(InCells(kLattice_m, resolution_m_)),
       area_(CoveredBy(CellCover(area, occupancy.geometry(), within),
                       BoxOf(occupancy.geometry(), area, options, within))),
-      plan_(ReadFloorPlan(occupancy, UnlessCancelled(area_.box()))),
+      plan_(ReadFloorPlan(occupancy, area_.box())),
       clearance_(plan_, options.robot_radius_m, resolution_m_),
-      seen_(UnlessCancelled(plan_.box()), 0),
-      coverage_(UnlessCancelled(plan_.box()), Coverage::kNone),
-      tries_(UnlessCancelled(plan_.box()), 0),
+      seen_(plan_.box(), 0),
+      coverage_(plan_.box(), Coverage::kNone),
+      tries_(plan_.box(), 0),
       viewshed_rays_(range_),
-      paths_(UnlessCancelled(plan_.box())),
-      back_(UnlessCancelled(plan_.box()), 0),
-      promised_(UnlessCancelled(plan_.box()), 0),
-      reachable_(UnlessCancelled(plan_.box()), 0) {
+      paths_(plan_.box()),
+      back_(plan_.box(), 0),
+      promised_(plan_.box(), 0),
+      reachable_(plan_.box(), 0) {
   std::vector<CellIndex> changed;
   for (size_t i = 0; i < plan_.values().size(); ++i) {
     if (i % kCellsPerLook == 0 && IsCancelled()) return;
@@ -256,26 +250,6 @@ void Explorer::AddRobot(const CellIndex& cell) {
   reachable_is_known_ = false;
 }
 
-std::vector<CellIndex> Explorer::WhereRobotsCanBe() {
-  std::vector<CellIndex> cells;
-  const auto passable = [this](const CellIndex& cell) { return IsPassable(cell); };
-  if (robots_.empty()) {
-    for (size_t i = 0; i < plan_.values().size(); ++i) {
-      if (const CellIndex cell = plan_.CellOf(i); IsPassable(cell)) cells.push_back(cell);
-    }
-    return cells;
-  }
-  absl::flat_hash_set<CellIndex, CellHash> found;
-  for (const CellIndex& robot : robots_) {
-    if (found.contains(robot)) continue;
-    paths_.Run(robot, passable, [&](const CellIndex& cell, int32_t) {
-      if (found.insert(cell).second) cells.push_back(cell);
-      return true;
-    });
-  }
-  return cells;
-}
-
 // A breadth-first search over the floor from all places where robots can be. Each floor cell is
 // tested for line of sight only to the place that the search reached it from. Testing it against
 // all places would be exact, but far slower; the estimate affects only what is reported, not the
@@ -286,17 +260,35 @@ void Explorer::LearnReachable() {
   struct Step {
     CellIndex cell, from;
   };
-  std::vector<Step> steps;
+  std::deque<Step> steps;
   CellRaster<uint8_t> met(plan_.box(), 0);
-  for (const CellIndex& cell : WhereRobotsCanBe()) {
+  if (IsCancelled()) return;  // `met` may have no cells.
+  const auto passable = [this](const CellIndex& cell) { return IsPassable(cell); };
+  const auto begin_at = [&](const CellIndex& cell) {
+    if (met.at(cell) != 0) return;
     reachable_.set(cell, 1);
     met.set(cell, 1);
     steps.push_back({cell, cell});
+  };
+  if (robots_.empty()) {
+    // They can be anywhere.
+    for (size_t i = 0; i < plan_.values().size(); ++i) {
+      if (i % kCellsPerLook == 0 && IsCancelled()) return;
+      if (const CellIndex cell = plan_.CellOf(i); passable(cell)) begin_at(cell);
+    }
   }
-  for (size_t i = 0; i < steps.size(); ++i) {
+  for (const CellIndex& robot : robots_) {
+    if (met.at(robot) != 0) continue;
+    paths_.Run(robot, passable, [&](const CellIndex& cell, int32_t) {
+      begin_at(cell);
+      return true;
+    });
+  }
+  for (size_t i = 0; !steps.empty(); ++i) {
     // Lines of sight may be long.
     if (i % (kCellsPerLook / 16) == 0 && IsCancelled()) return;
-    const Step step = steps[i];
+    const Step step = steps.front();
+    steps.pop_front();
     for (const CellIndex& side : kSides) {
       const CellIndex next{step.cell.row + side.row, step.cell.col + side.col};
       if (coverage_.at(next) == Coverage::kNone || met.at(next) != 0) continue;
@@ -306,12 +298,13 @@ void Explorer::LearnReachable() {
       steps.push_back({next, step.from});
     }
   }
-  if (IsCancelled()) return;
-  reachable_is_known_ = true;
-  num_unreachable_ = 0;
+  int64_t num_unreachable = 0;
   for (size_t i = 0; i < plan_.values().size(); ++i) {
-    num_unreachable_ += IsUnreachable(plan_.CellOf(i));
+    if (i % kCellsPerLook == 0 && IsCancelled()) return;
+    num_unreachable += IsUnreachable(plan_.CellOf(i));
   }
+  num_unreachable_ = num_unreachable;
+  reachable_is_known_ = true;
 }
 
 std::optional<CellIndex> Explorer::NearestPassable(const CellIndex& cell) {

@@ -67,8 +67,8 @@ class Explorer {
   // Reads the cells of `part` again. Each cell that changed costs a disc of the robot's radius.
   // Returns a box around the cells whose state (free, occupied, unknown) changed.
   CellBox UpdateFloor(const GridLayer& occupancy, const CellBox& part);
-  // Returns whether UpdateFloor of all these parts would take longer than a new Explorer, and too
-  // long to run to its end: more than about 0.3 s.
+  // Returns whether UpdateFloor of all these parts would take longer than a new Explorer, and more
+  // than about 0.3 s.
   bool IsCheaperAnew(const GridLayer& occupancy, const std::vector<CellBox>& parts) const;
   // Reads again which floor cells of `part` were seen.
   void UpdateExplored(const CellBox& part, absl::FunctionRef<bool(const CellIndex&)> is_explored);
@@ -178,9 +178,6 @@ class Explorer {
   // Marks the places that see frontiers in back_. Leaves out as many as the effort demands.
   void LookBack(Effort* effort);
   void LearnReachable();
-  // Returns all passable cells, or those that are connected to the robots' positions, if any are
-  // known.
-  std::vector<CellIndex> WhereRobotsCanBe();
 
   const double resolution_m_;
   const Options options_;

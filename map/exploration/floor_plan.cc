@@ -48,6 +48,7 @@ void VisitChanges(const GridLayer& grid, const CellBox& part, const FloorPlan& p
   const FloorPlan now = ReadFloorPlan(grid, part.Intersection(plan.box()));
   const std::vector<Floor>& floors = now.values();
   for (size_t i = 0; i < floors.size(); ++i) {
+    if (i % kCellsPerLook == 0 && IsCancelled()) return;
     const CellIndex cell = now.CellOf(i);
     if (plan.at(cell) != floors[i]) visit(cell, floors[i]);
   }

@@ -77,15 +77,18 @@ TEST(FloorPlanTest, SaysWhatChanged) {
 }
 
 TEST(FloorPlanTest, AnUpdateVisitsOnlyTheTilesOfItsPart) {
-  const CellBox box{0, 3 * kTileSide, 0, 12 * kTileSide};
-  const auto grid =
-      Occupancy(box, std::vector<std::optional<double>>(static_cast<size_t>(box.num_cells()), 0.0));
-  FloorPlan plan(box, Floor::kUnknown);
-  const CancelledAfter never(1'000);
-  const CellBox part{kTileSide + 1, kTileSide + 2, kTileSide - 1, kTileSide + 1};
-  EXPECT_EQ(UpdateFloorPlan(*grid, part, &plan).size(), 2u);
   // Each tile is a look.
-  EXPECT_EQ(never.num_looks(), 2);
+  const auto looks_at_grid_of = [](int32_t tiles_wide) {
+    const CellBox box{0, 3 * kTileSide, 0, tiles_wide * kTileSide};
+    const auto grid = Occupancy(
+        box, std::vector<std::optional<double>>(static_cast<size_t>(box.num_cells()), 0.0));
+    FloorPlan plan(box, Floor::kUnknown);
+    const CancelledAfter never(1'000);
+    const CellBox part{kTileSide + 1, kTileSide + 2, kTileSide - 1, kTileSide + 1};
+    EXPECT_EQ(UpdateFloorPlan(*grid, part, &plan).size(), 2u);
+    return never.num_looks();
+  };
+  EXPECT_EQ(looks_at_grid_of(12), looks_at_grid_of(2));
 }
 
 bool IsClearByHand(const FloorPlan& plan, const CellIndex& cell, double radius) {

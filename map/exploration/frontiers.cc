@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 #include <utility>
+#include <vector>
 
 #include "absl/container/flat_hash_set.h"
 #include "base/cancellation/cancellation.h"
@@ -17,6 +19,25 @@ constexpr std::array<CellIndex, 8> kNeighbours{
 
 CellIndex Beside(const CellIndex& cell, const CellIndex& step) {
   return {cell.row + step.row, cell.col + step.col};
+}
+
+// Sorts the cells of a large frontier row by row, so that the work can be given up.
+void Sort(Frontier* frontier) {
+  if (frontier->size() <= kVisitsPerLook) {
+    std::sort(frontier->begin(), frontier->end());
+    return;
+  }
+  std::map<int32_t, std::vector<int32_t>> cols_of_rows;
+  for (size_t i = 0; i < frontier->size(); ++i) {
+    if (i % kVisitsPerLook == 0 && IsCancelled()) return;
+    cols_of_rows[(*frontier)[i].row].push_back((*frontier)[i].col);
+  }
+  auto next = frontier->begin();
+  for (auto& [row, cols] : cols_of_rows) {
+    if (IsCancelled()) return;
+    std::sort(cols.begin(), cols.end());
+    for (const int32_t col : cols) *next++ = {row, col};
+  }
 }
 
 }  // namespace
@@ -36,6 +57,8 @@ Frontiers::Frontiers(const CoverageRaster& coverage) {
     const CellIndex cell = coverage.CellOf(i);
     if (IsFrontier(coverage, cell)) cells.push_back(cell);
   }
+  // Growing the table step by step would copy all of it at once.
+  frontier_of_.reserve(cells.size());
   for (size_t i = 0; i < cells.size(); ++i) {
     if ((i + 1) % kVisitsPerLook == 0 && IsCancelled()) return;
     frontier_of_.emplace(cells[i], 0);
@@ -100,6 +123,7 @@ void Frontiers::Join(const std::vector<CellIndex>& cells) {
   // Of all frontiers together, because there may be many small ones.
   size_t num_visits = 0;
   for (const CellIndex& first : cells) {
+    if (++num_visits % kVisitsPerLook == 0 && IsCancelled()) return;
     Number& number = frontier_of_[first];
     if (number != 0) continue;
     number = next_number_++;
@@ -114,7 +138,7 @@ void Frontiers::Join(const std::vector<CellIndex>& cells) {
         frontier.push_back(it->first);
       }
     }
-    std::sort(frontier.begin(), frontier.end());
+    Sort(&frontier);
     frontiers_.emplace(joined, std::move(frontier));
   }
 }

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/cancellation/cancellation.h"
+
 namespace hypermap {
 namespace {
 
@@ -60,6 +62,7 @@ std::vector<CellBox> ChangedParts(const GridLayer& before, const GridLayer& afte
     TilesOfRow of_before(before.tiles(), row, first.col, col_end);
     TilesOfRow of_after(after.tiles(), row, first.col, col_end);
     while (true) {
+      if (IsCancelled()) return parts;
       const int32_t col = std::min(of_before.col(), of_after.col());
       if (col == col_end) break;
       const Tile* was = of_before.Take(col);

@@ -11,6 +11,7 @@ namespace hypermap {
 // Returns, for each tile with cells of `within` whose codes differ, the box around these cells.
 // Both grids must have the same geometry and domain. Versions share tiles that were not written, so
 // that the cost is one step for each tile of `within`, plus the cells of tiles that were written.
+// Only some of the boxes if the work is cancelled.
 std::vector<CellBox> ChangedParts(const GridLayer& before, const GridLayer& after,
                                   const CellBox& within);
 

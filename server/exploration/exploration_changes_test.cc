@@ -205,6 +205,42 @@ TEST_F(ExplorationChangesTest, FollowsAsOneThatBeginsAnew) {
   }
 }
 
+TEST_F(ExplorationChangesTest, AnUpdateThatIsGivenUpIsGoneOnWith) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE(seed);
+  Rng rng(seed);
+  const int side = 3 * kTileSide;
+  Draw(std::vector<std::string>(side, std::string(side, '.')));
+  ExplorationStart request = WholeArea();
+  request.area = Rectangle(0, 0, side * kResolution_m, side * kResolution_m);
+  request.range_m = 2.0;
+  ASSERT_TRUE(explorations().Start(request).ok());
+  const ExplorationObjects objects = Newest();
+  ExplorationFollower follower(room());
+  ASSERT_TRUE(follower.Follow(*snapshot(), objects).ok());
+  const int generation = follower.generation();
+  int given_up = 0;
+  for (int i = 0; i < 60; ++i) {
+    // Between the calls that are given up, cells may change again, and back.
+    const int row = UniformInt(rng, 0, side - 150);
+    const int col = UniformInt(rng, 0, side - 150);
+    const CellBox box{row, row + UniformInt(rng, 1, 150), col, col + UniformInt(rng, 1, 150)};
+    Write(box, UniformInt(rng, 0, 1), UniformInt(rng, 0, 2) == 0 ? "walls" : "seen");
+    {
+      const CancelledAfter cancelled(UniformInt(rng, 0, 100));
+      given_up += !follower.Follow(*snapshot(), objects).ok();
+    }
+    if (i % 4 != 3) continue;
+    ASSERT_TRUE(follower.Follow(*snapshot(), objects).ok());
+    MapExplorations fresh(&session(), room());
+    ExpectSame(follower.explorer().progress(), fresh.Get(0, "")->progress.cells);
+    EXPECT_EQ(follower.explorer().ListFrontiers().size(),
+              fresh.ListFrontiers(0, "")->frontiers.size());
+  }
+  EXPECT_GT(given_up, 10) << given_up;
+  EXPECT_EQ(follower.generation(), generation);
+}
+
 TEST_F(ExplorationChangesTest, A4_AChangeOfMuchFloorIsGivenUpAndFollowedLater) {
   DrawFree("fine", 0.05, 300);
   ExplorationStart request = WholeArea();

@@ -86,6 +86,26 @@ absl::Status CheckSizesInCells(const Explorer::Options& options, const GridLayer
   return absl::OkStatus();
 }
 
+// Whether a cell of `seen` is the cell of `floor` with the same index.
+bool HaveSameCells(const GridLayer& floor, const GridLayer& seen) {
+  return floor.spec().frame_id == seen.spec().frame_id && floor.geometry() == seen.geometry();
+}
+
+// Adds boxes that lie in a tile each.
+void AddTo(std::map<TileIndex, CellBox>* by_tile, const std::vector<CellBox>& parts) {
+  for (const CellBox& part : parts) {
+    CellBox& box = (*by_tile)[TileOf({part.row_begin, part.col_begin})];
+    box = box.Union(part);
+  }
+}
+
+std::vector<CellBox> PartsOf(const std::map<TileIndex, CellBox>& by_tile) {
+  std::vector<CellBox> parts;
+  parts.reserve(by_tile.size());
+  for (const auto& [tile, box] : by_tile) parts.push_back(box);
+  return parts;
+}
+
 }  // namespace
 
 absl::StatusOr<ExplorationFollower::Ground> ExplorationFollower::FindGround(
@@ -128,35 +148,37 @@ bool ExplorationFollower::AreAlike(const Ground& a, const Ground& b) {
 absl::Status ExplorationFollower::Follow(const Snapshot& snapshot,
                                          const ExplorationObjects& objects) {
   HYPERMAP_ASSIGN_OR_RETURN(Ground ground, FindGround(snapshot, objects.exploration));
-  bool is_new = !explorer_ || !AreAlike(ground_, ground);
-  std::vector<CellBox> changed_floor;
-  if (!is_new) {
-    changed_floor = ChangedParts(*ground_.floor, *ground.floor, explorer_->box());
-    is_new = explorer_->IsCheaperAnew(*ground.floor, changed_floor);
+  if (explorer_ && AreAlike(ground_, ground)) {
+    const auto floor = ChangedParts(*ground_.floor, *ground.floor, explorer_->box());
+    const auto seen = ChangedParts(*ground_.seen, *ground.seen, SeenCells());
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-  }
-  if (is_new) {
-    HYPERMAP_RETURN_IF_ERROR(
-        Begin(std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer)));
-    absl::Status status = CheckCancelled();
-    if (!status.ok()) {
-      explorer_.reset();
-      charge_.GiveBack();
+    ground_ = std::move(ground);
+    AddTo(&floor_left_, floor);
+    AddTo(&seen_left_, seen);
+    const bool is_cheaper_anew = explorer_->IsCheaperAnew(*ground_.floor, PartsOf(floor_left_));
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    if (!is_cheaper_anew) {
+      FollowFloor(objects);
+      FollowSeen();
+      return CheckCancelled();
     }
-    return status;
+    ground = ground_;
   }
-  // Not given up: an Explorer with a part of the changes would have to be dropped, and with it all
-  // that robots reported.
-  const ScopedCancellation to_the_end(nullptr);
-  const Ground before = std::exchange(ground_, std::move(ground));
-  FollowFloor(changed_floor, objects);
-  FollowSeen(*before.seen);
-  return absl::OkStatus();
+  HYPERMAP_RETURN_IF_ERROR(
+      Begin(std::move(ground), snapshot.LayerVersionOf(objects.exploration.occupancy_layer)));
+  absl::Status status = CheckCancelled();
+  if (!status.ok()) {
+    explorer_.reset();
+    charge_.GiveBack();
+  }
+  return status;
 }
 
 absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
   explorer_.reset();
   charge_.GiveBack();
+  floor_left_.clear();
+  seen_left_.clear();
   const std::string& name = ground.floor->spec().name;
   const GridGeometry& geometry = ground.floor->geometry();
   HYPERMAP_RETURN_IF_ERROR(CheckSizesInCells(ground.options, *ground.floor));
@@ -182,19 +204,25 @@ absl::Status ExplorationFollower::Begin(Ground ground, Revision floor_version) {
   charge_.GiveBack(at_first);
   ++generation_;
   known_since_ = floor_version;
-  FollowSeen(GridLayer(ground_.seen->spec(), ground_.seen->shared_domain()));
+  const GridLayer nothing(ground_.seen->spec(), ground_.seen->shared_domain());
+  AddTo(&seen_left_, ChangedParts(nothing, *ground_.seen, SeenCells()));
+  FollowSeen();
   return absl::OkStatus();
 }
 
-void ExplorationFollower::FollowFloor(const std::vector<CellBox>& parts,
-                                      const ExplorationObjects& objects) {
+void ExplorationFollower::FollowFloor(const ExplorationObjects& objects) {
   std::set<ObjectId> places;
   for (const UnreachablePlace& place : objects.unreachable_places) places.insert(place.id);
   std::erase_if(reachable_again_, [&](ObjectId id) { return !places.contains(id); });
   std::vector<CellBox> changed;
-  for (const CellBox& part : parts) {
-    const CellBox box = explorer_->UpdateFloor(*ground_.floor, part);
+  while (!floor_left_.empty() && !IsCancelled()) {
+    const auto part = floor_left_.begin();
+    // An Explorer with a part of a change would have to be dropped, and with it all that robots
+    // reported.
+    const ScopedCancellation to_the_end(nullptr);
+    const CellBox box = explorer_->UpdateFloor(*ground_.floor, part->second);
     if (!box.empty()) changed.push_back(box);
+    floor_left_.erase(part);
   }
   NoteFloorChanges(changed, objects.unreachable_places);
 }
@@ -214,11 +242,16 @@ void ExplorationFollower::NoteFloorChanges(const std::vector<CellBox>& changed,
   }
 }
 
-void ExplorationFollower::FollowSeen(const GridLayer& before) {
+CellBox ExplorationFollower::SeenCells() const {
+  if (HaveSameCells(*ground_.floor, *ground_.seen)) return explorer_->box();
+  const Box box = ground_.floor->geometry().BoundsOf(explorer_->box());
+  return CellsAround(ground_.seen->geometry(), BoundsOf(ground_.seen_from_floor, box));
+}
+
+void ExplorationFollower::FollowSeen() {
   const GridLayer& floor = *ground_.floor;
   const GridLayer& seen = *ground_.seen;
-  const bool same_cells =
-      floor.spec().frame_id == seen.spec().frame_id && floor.geometry() == seen.geometry();
+  const bool same_cells = HaveSameCells(floor, seen);
   const CodePredicate is_explored = *seen.domain().Match(ValueKeyword::kExplored);
   const auto is_seen = [&](const CellIndex& cell) {
     if (same_cells) return is_explored(seen.CodeAt(cell));
@@ -226,15 +259,17 @@ void ExplorationFollower::FollowSeen(const GridLayer& before) {
     const std::optional<CellIndex> at = seen.geometry().CellAt(centre);
     return at && is_explored(seen.CodeAt(*at));
   };
-  const Box box = BoundsOf(ground_.seen_from_floor, floor.geometry().BoundsOf(explorer_->box()));
-  const CellBox within = same_cells ? explorer_->box() : CellsAround(seen.geometry(), box);
   const PlanarTransform floor_from_seen = ground_.seen_from_floor.Inverse();
-  for (const CellBox& part : ChangedParts(before, seen, within)) {
-    explorer_->UpdateExplored(
-        same_cells ? part
+  while (!seen_left_.empty()) {
+    const auto part = seen_left_.begin();
+    const CellBox cells =
+        same_cells ? part->second
                    : CellsAround(floor.geometry(),
-                                 BoundsOf(floor_from_seen, seen.geometry().BoundsOf(part))),
-        is_seen);
+                                 BoundsOf(floor_from_seen, seen.geometry().BoundsOf(part->second)));
+    explorer_->UpdateExplored(cells, is_seen);
+    // Cells that were passed already may be passed again.
+    if (IsCancelled()) return;
+    seen_left_.erase(part);
   }
 }
 

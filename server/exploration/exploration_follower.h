@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_EXPLORATION_EXPLORATION_FOLLOWER_H_
 
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -52,8 +53,7 @@ class ExplorationFollower {
   // of another kind or not connected to the objects' frame, or if the area covers none of its
   // cells; RESOURCE_EXHAUSTED if robot_radius_m or range_m has too many cells, if the area spans
   // more than --max_exploration_cells, or if there is no memory left for an Explorer.
-  // Errors of CheckCancelled before an update and while a new one is made; an update runs to its
-  // end.
+  // Errors of CheckCancelled. What a call leaves of an update is done by the next one.
   absl::Status Follow(const Snapshot& snapshot, const ExplorationObjects& objects);
 
   // REQUIRES of all methods below: a Follow has succeeded.
@@ -78,6 +78,7 @@ class ExplorationFollower {
   bool MayBeReachableAgain(const UnreachablePlace& place) const;
 
  private:
+  using CellsByTile = std::map<TileIndex, CellBox>;
   // The inputs that the Explorer is made from.
   struct Ground {
     std::shared_ptr<const GridLayer> floor;
@@ -98,10 +99,11 @@ class ExplorationFollower {
 
   // Makes a new Explorer.
   absl::Status Begin(Ground ground, Revision floor_version);
-  // Passes the floor cells of `parts`, which contain all that changed, to the Explorer.
-  void FollowFloor(const std::vector<CellBox>& parts, const ExplorationObjects& objects);
-  // Passes the explored cells that differ from `before` to the Explorer.
-  void FollowSeen(const GridLayer& before);
+  // Passes the cells of floor_left_ and seen_left_ to the Explorer, until the work is cancelled.
+  void FollowFloor(const ExplorationObjects& objects);
+  void FollowSeen();
+  // The cells of the exploration layer that the Explorer asks for.
+  CellBox SeenCells() const;
   // Adds the places to reachable_again_ from which a robot could see or touch one of `changed`.
   void NoteFloorChanges(const std::vector<CellBox>& changed,
                         const std::vector<UnreachablePlace>& places);
@@ -110,6 +112,9 @@ class ExplorationFollower {
   admission::Budget::Charge charge_;  // for the Explorer
   Ground ground_;
   std::unique_ptr<Explorer> explorer_;
+  // Cells of ground_.floor and ground_.seen that the Explorer does not know yet, by tile.
+  CellsByTile floor_left_;
+  CellsByTile seen_left_;
   int generation_ = 0;
   // Version of the occupancy layer when the Explorer was made.
   Revision known_since_ = 0;

@@ -20,6 +20,8 @@ BUSY_S = 0.1
 MAX_MORE_S = 0.25
 # Processor time that the server may take in the second after the cancellation.
 MAX_AFTER_S = 0.3
+# A server has nothing to do if none of its threads had work so many times, 10 ms apart.
+QUIET_LOOKS = 20
 TICKS_PER_S = os.sysconf("SC_CLK_TCK")
 GRID_SIDE = 4000  # cells
 # Maximum duration of a call. Some take seconds of a processor, of which the threads for long work
@@ -49,6 +51,18 @@ def cpu_s(pid):
     with open(f"/proc/{pid}/stat", encoding="ascii") as stat:
         fields = stat.read().rpartition(")")[2].split()
     return (int(fields[11]) + int(fields[12])) / TICKS_PER_S
+
+
+def has_work(pid):
+    """Whether a thread of a process runs, waits for a processor or for a disk."""
+    for thread in os.listdir(f"/proc/{pid}/task"):
+        try:
+            with open(f"/proc/{pid}/task/{thread}/stat", encoding="ascii") as stat:
+                if stat.read().rpartition(")")[2].split()[0] in "RD":
+                    return True
+        except (FileNotFoundError, ProcessLookupError):
+            pass  # The thread has ended.
+    return False
 
 
 def comb(teeth, side):
@@ -143,16 +157,14 @@ class CancellationTest(SiteTest):
                    for known in answer.opened.known)
 
     def await_quiet(self):
-        """Waits until the server has nothing to do."""
+        """Waits until the server has nothing to do: none of its threads has work for a while. Their
+        processor time would not tell, because a thread may wait for a processor for seconds."""
         deadline = time.monotonic() + LONG_S
-        before = cpu_s(self.site.pid)
-        while time.monotonic() < deadline:
-            time.sleep(0.2)
-            now = cpu_s(self.site.pid)
-            if now - before <= 0.02:
-                return
-            before = now
-        self.fail("the server does not come to rest")
+        quiet = 0
+        while quiet < QUIET_LOOKS:
+            self.assertLess(time.monotonic(), deadline, "the server does not come to rest")
+            time.sleep(0.01)
+            quiet = 0 if has_work(self.site.pid) else quiet + 1
 
     def cancel_at_work(self, name, begin):
         """`begin` starts calls and returns them. Cancels them at a random moment of the work."""
