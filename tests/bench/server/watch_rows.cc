@@ -32,8 +32,8 @@ absl::StatusOr<int64_t> NewestRevision(const Channels& channels) {
 }
 
 // CPU of delivering a change to one watcher: that of edits with watchers, minus that of as many
-// edits without. The messages of the floor are serialised beforehand and have the changes of one
-// group commit of all writers.
+// edits without them. The messages of the floor are serialised beforehand and have the changes of
+// one group commit of all writers.
 class Deliveries {
  public:
   Deliveries(Bench& bench, EditedSite& edited)
@@ -43,25 +43,14 @@ class Deliveries {
         floor_channels_(OpenChannels(bench.floor->address(), bench.options.watchers)) {}
 
   absl::StatusOr<Cost> Ours() {
-    const absl::StatusOr<Cost> alone = edited_.OurEdits(bench_.options.callers);
-    HYPERMAP_RETURN_IF_ERROR(alone.status());
-    const absl::StatusOr<int64_t> before = NewestRevision(channels_);
-    HYPERMAP_RETURN_IF_ERROR(before.status());
-    Watchers watchers(channels_, kSiteMap, *before, bench_.options.watchers);
-    const absl::Duration cpu = edited_.server().CpuTime();
-    const absl::Time start = absl::Now();
-    const absl::StatusOr<Cost> beside = edited_.OurEdits(bench_.options.callers);
-    HYPERMAP_RETURN_IF_ERROR(beside.status());
-    const absl::StatusOr<int64_t> after = NewestRevision(channels_);
-    HYPERMAP_RETURN_IF_ERROR(after.status());
-    HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntil(*after));
-    const auto edits = static_cast<double>(*after - *before);
+    // Before and after the deliveries, because the machine may get slower or faster meanwhile.
+    HYPERMAP_ASSIGN_OR_RETURN(const Cost before, edited_.OurEdits(bench_.options.callers));
+    HYPERMAP_ASSIGN_OR_RETURN(const Watched watched, WatchEdits());
+    HYPERMAP_ASSIGN_OR_RETURN(const Cost after, edited_.OurEdits(bench_.options.callers));
+    const double edits = watched.edits;
     const double deliveries = edits * bench_.options.watchers;
-    messages_per_change_ = static_cast<double>(watchers.messages()) / deliveries;
-    bytes_per_change_ = static_cast<double>(watchers.bytes()) / deliveries;
-    const double all_s = absl::ToDoubleSeconds(edited_.server().CpuTime() - cpu);
-    return Cost{(all_s - edits * alone->cpu_s) / deliveries,
-                absl::ToDoubleSeconds(absl::Now() - start) / deliveries, 0, 0};
+    return Cost{(watched.cost.cpu_s - edits * (before.cpu_s + after.cpu_s) / 2) / deliveries,
+                watched.cost.wall_s / deliveries, 0, 0};
   }
 
   absl::StatusOr<Cost> Floor() {
@@ -83,6 +72,34 @@ class Deliveries {
   double messages_per_change() const { return messages_per_change_; }
 
  private:
+  // All edits of a round with watchers, and their cost with all deliveries.
+  struct Watched {
+    double edits;
+    Cost cost;
+  };
+
+  absl::StatusOr<Watched> WatchEdits() {
+    HYPERMAP_ASSIGN_OR_RETURN(const int64_t start, NewestRevision(channels_));
+    Watchers watchers(channels_, kSiteMap, start, bench_.options.watchers);
+    // A watch that has told an edit is open: opening them is not measured.
+    HYPERMAP_RETURN_IF_ERROR(
+        Ask(channels_, EditCalls(edited_.site(), edited_.edit_counter()), 1).status());
+    HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntil(start + 1));
+    const int64_t messages = watchers.messages();
+    const int64_t bytes = watchers.bytes();
+    const absl::Duration cpu = edited_.server().CpuTime();
+    const absl::Time begin = absl::Now();
+    HYPERMAP_RETURN_IF_ERROR(edited_.OurEdits(bench_.options.callers).status());
+    HYPERMAP_ASSIGN_OR_RETURN(const int64_t end, NewestRevision(channels_));
+    HYPERMAP_RETURN_IF_ERROR(watchers.WaitUntil(end));
+    const auto edits = static_cast<double>(end - start - 1);
+    const double deliveries = edits * bench_.options.watchers;
+    messages_per_change_ = static_cast<double>(watchers.messages() - messages) / deliveries;
+    bytes_per_change_ = static_cast<double>(watchers.bytes() - bytes) / deliveries;
+    return Watched{edits, Cost{absl::ToDoubleSeconds(edited_.server().CpuTime() - cpu),
+                               absl::ToDoubleSeconds(absl::Now() - begin), 0, 0}};
+  }
+
   Bench& bench_;
   EditedSite& edited_;
   const Channels channels_;
@@ -138,6 +155,7 @@ absl::StatusOr<std::vector<double>> PacedLatencies(Bench& bench, EditedSite& edi
   const absl::Time start = absl::Now();
   std::vector<absl::Status> statuses(kWriters);
   std::vector<std::thread> writers;
+  writers.reserve(kWriters);
   for (int i = 0; i < kWriters; ++i) {
     writers.emplace_back([&, i] {
       statuses[i] =
