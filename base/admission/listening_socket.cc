@@ -57,6 +57,15 @@ absl::StatusOr<AddressList> Resolve(const HostAndPort& address) {
   return AddressList(found, &freeaddrinfo);
 }
 
+bool IsLoopback(const sockaddr& address) {
+  if (address.sa_family == AF_INET) {
+    const in_addr_t host = reinterpret_cast<const sockaddr_in&>(address).sin_addr.s_addr;
+    return ntohl(host) >> 24 == IN_LOOPBACKNET;
+  }
+  return address.sa_family == AF_INET6 &&
+         IN6_IS_ADDR_LOOPBACK(&reinterpret_cast<const sockaddr_in6&>(address).sin6_addr);
+}
+
 void SetPort(int port, sockaddr* address) {
   if (address->sa_family == AF_INET) {
     reinterpret_cast<sockaddr_in*>(address)->sin_port = htons(port);
@@ -128,6 +137,15 @@ int FileDescriptor::Release() { return std::exchange(fd_, -1); }
 void FileDescriptor::Close() {
   if (fd_ >= 0) close(fd_);
   fd_ = -1;
+}
+
+absl::StatusOr<bool> IsLoopback(const std::string& address) {
+  HYPERMAP_ASSIGN_OR_RETURN(const HostAndPort parsed, Parse(address));
+  HYPERMAP_ASSIGN_OR_RETURN(const AddressList addresses, Resolve(parsed));
+  for (const addrinfo* found = addresses.get(); found != nullptr; found = found->ai_next) {
+    if (!IsLoopback(*found->ai_addr)) return false;
+  }
+  return true;
 }
 
 absl::StatusOr<ListeningSockets> Listen(const std::string& address) {

@@ -33,6 +33,10 @@ struct ListeningSockets {
   std::vector<FileDescriptor> sockets;
 };
 
+// Whether only programs of this machine can reach HOST:PORT: all addresses of the host are loopback
+// addresses. Errors of Listen.
+absl::StatusOr<bool> IsLoopback(const std::string& address);
+
 // Listens on HOST:PORT; port 0 takes a free port, the same for all addresses of the host. HOST is a
 // name, an IPv4 address, or an IPv6 address in brackets. INVALID_ARGUMENT, naming --listen, for
 // another form or an unknown host; UNAVAILABLE if the port is taken.

@@ -59,6 +59,13 @@ int64_t Refusals::NumOf(const std::string& flag) const {
   return it == entries_.end() ? 0 : it->second.count;
 }
 
+std::map<std::string, int64_t> Refusals::Numbers() const {
+  std::map<std::string, int64_t> numbers;
+  const MutexLock lock(&mutex_);
+  for (const auto& [flag, entry] : entries_) numbers[flag] = entry.count;
+  return numbers;
+}
+
 bool Refusals::IsOverloaded(absl::Duration within) const {
   const MutexLock lock(&mutex_);
   return SteadyTime::Now() < overloaded_ + within;

@@ -39,6 +39,8 @@ class Refusals {
   void Count(const absl::Status& status);
 
   int64_t NumOf(const std::string& flag) const;
+  // The numbers by flag; of flags without refusals there are none.
+  std::map<std::string, int64_t> Numbers() const;
   // Whether there was a refusal of TryLater within this time: the server has more to do than it
   // may take on.
   bool IsOverloaded(absl::Duration within) const;

@@ -67,8 +67,10 @@ struct Limits {
   int64_t memory_limit = 0;
   // Calls that are under way or wait, streams included; half of them for one address of clients.
   int max_calls = 10'000;
-  // The same for one connection. HTTP/2 tells the client, which waits before it begins another
-  // call; a connection that goes beyond after it has acknowledged that is closed.
+  // Calls that one client may begin in a second: an identity, or else an address. 0: any number.
+  int max_calls_per_second = 0;
+  // The same as max_calls for one connection. HTTP/2 tells the client, which waits before it begins
+  // another call; a connection that goes beyond after it has acknowledged that is closed.
   int max_calls_per_connection = 2'000;
   // Bytes of memory of large requests, from before they are decoded until they are answered, of
   // large answers until they are sent, of exports, of what is read of past revisions, and of the

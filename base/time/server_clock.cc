@@ -1,9 +1,9 @@
 #include "base/time/server_clock.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <cstdint>
+
+#include "base/logging/log.h"
 
 namespace hypermap {
 namespace {
@@ -62,8 +62,8 @@ void ServerClock::Update(const Reading& reading) {
   settled_since_ = reading.since_boot;
   NoteJump(reading, error);
   if (reading.since_boot - pending_->since < kSettle) return;
-  spdlog::warn("clock goes where the wall clock has been since its jump step={} after={}",
-               Text(error), Text(reading.since_boot - pending_->noticed));
+  logging::Log(logging::Level::kWarning, "clock goes where the wall clock has been since its jump",
+               {{"step", Text(error)}, {"after", Text(reading.since_boot - pending_->noticed)}});
   now_at_boot_ = reading.wall_at_boot();
   settled_since_ = pending_->since;
   ++num_followed_;
@@ -76,8 +76,9 @@ void ServerClock::Slew(absl::Duration error, absl::Duration passed) {
 }
 
 void ServerClock::EndJump(const Reading& reading) {
-  spdlog::warn("wall clock is back after a jump size={} lasted={}", Text(pending_->logged_size),
-               Text(reading.since_boot - pending_->noticed));
+  logging::Log(logging::Level::kWarning, "wall clock is back after a jump",
+               {{"size", Text(pending_->logged_size)},
+                {"lasted", Text(reading.since_boot - pending_->noticed)}});
   pending_.reset();
 }
 
@@ -92,8 +93,8 @@ void ServerClock::NoteJump(const Reading& reading, absl::Duration size) {
   if (!is_new && absl::AbsDuration(size - pending_->logged_size) < kLoggedChange) return;
   pending_->logged_size = size;
   ++num_jumps_;
-  spdlog::warn("wall clock has jumped and is not believed yet size={} believed_after={}",
-               Text(size), Text(kSettle));
+  logging::Log(logging::Level::kWarning, "wall clock has jumped and is not believed yet",
+               {{"size", Text(size)}, {"believed_after", Text(kSettle)}});
 }
 
 void ServerClock::Resume(const std::string& boot_id, absl::Duration since_boot, absl::Time now) {

@@ -18,9 +18,11 @@ struct ServerFiles {
   std::string certificate;
   // --tls_key: the key of that certificate, not encrypted.
   std::string key;
-  // --tls_client_ca: the authorities that sign client certificates, which all clients must then
-  // have. Empty: clients need no certificate.
+  // --tls_client_ca: the authorities that sign client certificates. Empty: clients are not asked
+  // for one.
   std::string client_ca;
+  // --tls_client_certificates: whether all clients must have a certificate then, and not only may.
+  bool need_client_certificates = true;
 };
 
 // INVALID_ARGUMENT naming the flag that is missing, or whose file can't be read, has no certificate
