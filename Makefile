@@ -21,6 +21,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-slow-reader prove-
 
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
+.PHONY: package package-server deps-server test-packages
 .PHONY: nightly attack prove $(PROOFS)
 
 help:
@@ -43,6 +44,9 @@ help:
 	@echo 'make format                clang-format on all sources'
 	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint'
 	@echo 'make deps                  installs missing Debian packages, grpcurl and buf'
+	@echo 'make package               Debian packages in build/packages'
+	@echo 'make package-server        only that of the server, without PCL (make deps-server installs what it needs)'
+	@echo 'make test-packages         installs, upgrades and purges the packages in a fresh Debian'
 	@echo 'make clean                 removes build/'
 
 deps:
@@ -63,6 +67,19 @@ web: build/.deps-web
 # The Python tools and their versions are in client_libs/python/requirements.
 python: build/.deps-python
 	@client_libs/python/run.sh wheel
+
+package: build/.deps-build build/.deps-package build/.deps-web
+	@JOBS=$(JOBS) CMAKE_ARGS='$(CMAKE_ARGS)' tools/package.sh
+
+# What deploy/Dockerfile uses.
+deps-server:
+	@tools/deps.sh server
+
+package-server: build/.deps-server
+	@JOBS=$(JOBS) CMAKE_ARGS='$(CMAKE_ARGS)' tools/package.sh server
+
+test-packages: package
+	@tests/packaging/run.sh build/packages
 
 dashboard: web
 	@build/bin/hypermap-gateway --server $(or $(SERVER),127.0.0.1:50051) \

@@ -41,6 +41,9 @@
        "most bytes of unfinished messages are shut down; 0: three quarters of the memory of "    \
        "the machine or the control group")                                                       \
   FLAG(max_calls, 1, "Limit of the calls that are under way; half of it for one client address") \
+  FLAG(max_calls_per_second, 0,                                                                  \
+       "Limit of the calls that one client may begin in a second: an identity, or else an "      \
+       "address; 0: any number")                                                                 \
   FLAG(max_calls_per_connection, 1, "Limit of the calls that are under way on one connection")   \
   FLAG(max_request_bytes, 0,                                                                     \
        "Limit of the memory of large requests, answers, exports and reads of past revisions; "   \

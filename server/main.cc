@@ -1,14 +1,13 @@
 // hypermapd: serves the maps of a folder over gRPC.
 #include <grpc/support/log.h>
 #include <malloc.h>
-#include <spdlog/sinks/stdout_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
 #include <memory>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -17,30 +16,41 @@
 #include "absl/flags/flag.h"
 #include "absl/flags/parse.h"
 #include "absl/flags/usage.h"
+#include "absl/flags/usage_config.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "absl/time/time.h"
 #include "base/admission/file_limit.h"
+#include "base/admission/listening_socket.h"
 #include "base/admission/memory.h"
 #include "base/admission/thread_limit.h"
 #include "base/limits/limits.h"
+#include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "base/tls/server_credentials.h"
+#include "server/auth/access_control.h"
 #include "server/capacity.h"
+#include "server/config_file.h"
 #include "server/limit_flags.h"
+#include "server/metrics/metrics_listener.h"
+#include "server/metrics/server_metrics.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/facilities.h"
-#include "server/rpc/request_log.h"
 #include "server/rpc/scratch_file.h"
 #include "server/rpc/worker_pools.h"
+#include "server/service_manager.h"
 #include "server/services/evidence_codec.h"
 #include "server/services/grpc_server.h"
 #include "server/session/history_pool.h"
 #include "server/session/site.h"
 #include "storage/geopackage/geopackage_store.h"
 
+ABSL_FLAG(std::string, config, "",
+          "File of flags (YAML, their names without dashes); the command line wins over it");
+ABSL_FLAG(bool, check_config, false, "Check the flags and the files that they name, and end");
 ABSL_FLAG(std::string, data_dir, "", "Folder of the maps, one GeoPackage each; created if missing");
 ABSL_FLAG(std::string, listen, "127.0.0.1:50051",
           "Address to listen on, HOST:PORT; port 0 takes a free port");
@@ -48,10 +58,22 @@ ABSL_FLAG(std::string, tls_cert, "", "The server's certificate chain (PEM); empt
 ABSL_FLAG(std::string, tls_key, "", "Private key of --tls_cert (PEM, not encrypted)");
 ABSL_FLAG(
     std::string, tls_client_ca, "",
-    "Certificate authorities of client certificates (PEM); empty: clients need no certificate");
+    "Certificate authorities of client certificates (PEM); empty: clients are not asked for one");
+ABSL_FLAG(
+    std::string, tls_client_certificates, "required",
+    "Whether clients must have a certificate if --tls_client_ca is set: required or optional");
+ABSL_FLAG(std::string, access_file, "",
+          "Who may do what (YAML, see `hypermap token`); empty: everybody everything");
+ABSL_FLAG(std::string, metrics_listen, "",
+          "Address of /metrics for Prometheus, /livez and /readyz, HOST:PORT; empty: none");
+ABSL_FLAG(bool, insecure, false,
+          "Listen on other addresses than loopback even without TLS or --access_file");
 ABSL_FLAG(std::string, log_level, "info", "trace, debug, info, warn, error or off");
+ABSL_FLAG(std::string, log_format, "text", "text, or json: an object on each line");
 ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
           "Time for requests in flight to finish after SIGTERM or SIGINT");
+ABSL_FLAG(absl::Duration, trash_age, absl::Hours(7 * 24),
+          "How long deleted maps stay in DATA_DIR/trash, unless the disk gets full; 0: not at all");
 ABSL_FLAG(int, threads, 0, "Threads for each class of short work; 0: one per core, at least two");
 
 namespace hypermap::server {
@@ -62,6 +84,21 @@ constexpr int kKeptBytes = 16 << 20;
 // Space in the data folder with which maps can be deleted when the disk is full.
 constexpr int64_t kReserveBytes = int64_t{8} << 20;
 
+// INVALID_ARGUMENT if others than programs of this machine could do what they like.
+absl::Status CheckExposure() {
+  const std::string listen = absl::GetFlag(FLAGS_listen);
+  HYPERMAP_ASSIGN_OR_RETURN(const bool is_loopback, admission::IsLoopback(listen));
+  if (absl::GetFlag(FLAGS_insecure) || is_loopback) return absl::OkStatus();
+  const auto missing = [&](absl::string_view flags) {
+    return absl::InvalidArgumentError(absl::StrCat("--listen=", listen,
+                                                   " can be reached from other machines: set ",
+                                                   flags, ", or --insecure"));
+  };
+  if (absl::GetFlag(FLAGS_tls_cert).empty()) return missing("--tls_cert and --tls_key");
+  if (absl::GetFlag(FLAGS_access_file).empty()) return missing("--access_file");
+  return absl::OkStatus();
+}
+
 absl::Status CheckFlags(const std::vector<char*>& positional) {
   if (positional.size() > 1) {
     return absl::InvalidArgumentError(absl::StrCat("unexpected argument ", positional[1]));
@@ -69,25 +106,36 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
   if (absl::GetFlag(FLAGS_data_dir).empty()) {
     return absl::InvalidArgumentError("--data_dir is missing");
   }
+  const std::string certificates = absl::GetFlag(FLAGS_tls_client_certificates);
+  if (certificates != "required" && certificates != "optional") {
+    return absl::InvalidArgumentError(absl::StrCat("--tls_client_certificates=", certificates,
+                                                   " is neither required nor optional"));
+  }
+  if (absl::GetFlag(FLAGS_trash_age) < absl::ZeroDuration()) {
+    return absl::InvalidArgumentError("--trash_age is negative");
+  }
+  HYPERMAP_RETURN_IF_ERROR(CheckExposure());
   return CheckLimitFlags();
 }
 
 // Passes gRPC's log lines to the server's log.
 void LogOfGrpc(gpr_log_func_args* line) {
-  spdlog::debug("grpc message={}", LogQuoted(line->message));
+  logging::Log(logging::Level::kDebug, "grpc", {{"text", line->message}}, line->file, line->line);
 }
 
-absl::Status SetUpLog() {
+absl::Status StartLog() {
   const std::string level = absl::GetFlag(FLAGS_log_level);
-  const spdlog::level::level_enum parsed = spdlog::level::from_str(level);
-  if (parsed == spdlog::level::off && level != "off") {
+  const std::optional<logging::Level> least = logging::ParseLevel(level);
+  if (!least) {
     return absl::InvalidArgumentError(absl::StrCat("--log_level=", level, " is not known"));
   }
-  auto logger = spdlog::stderr_logger_mt("hypermapd");
-  logger->set_pattern("%Y-%m-%dT%H:%M:%S.%e%z level=%l %v");
-  logger->set_level(parsed);
-  logger->flush_on(spdlog::level::info);
-  spdlog::set_default_logger(std::move(logger));
+  const std::string format = absl::GetFlag(FLAGS_log_format);
+  const std::optional<logging::Format> parsed = logging::ParseFormat(format);
+  if (!parsed) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("--log_format=", format, " is neither text nor json"));
+  }
+  logging::Start(*least, *parsed);
   gpr_set_log_function(LogOfGrpc);
   return absl::OkStatus();
 }
@@ -104,7 +152,8 @@ SessionOptions MakeSessionOptions(const Limits& limits, const Budgets& budgets) 
 
 tls::ServerFiles ServerFilesOfFlags() {
   return {absl::GetFlag(FLAGS_tls_cert), absl::GetFlag(FLAGS_tls_key),
-          absl::GetFlag(FLAGS_tls_client_ca)};
+          absl::GetFlag(FLAGS_tls_client_ca),
+          absl::GetFlag(FLAGS_tls_client_certificates) == "required"};
 }
 
 int NumThreads() {
@@ -114,21 +163,23 @@ int NumThreads() {
 }
 
 void LogCapacity(const Capacity& capacity, int64_t file_limit) {
-  spdlog::info("capacity max_maps={} max_connections={} open_files={}", capacity.max_maps,
-               capacity.connections.max_connections, file_limit);
+  logging::Log(logging::Level::kInfo, "capacity",
+               {{"max_maps", capacity.max_maps},
+                {"max_connections", capacity.connections.max_connections},
+                {"open_files", file_limit}});
 }
 
 void LogProblems(const Site& site, const Capacity& capacity) {
   const std::vector<Site::Entry> maps = site.List();
   if (maps.size() > static_cast<size_t>(capacity.max_maps)) {
-    spdlog::error(
-        "not all maps are open, because there are more than --max_maps maps={} max_maps={}",
-        maps.size(), capacity.max_maps);
+    logging::Log(logging::Level::kError,
+                 "not all maps are open, because there are more than --max_maps",
+                 {{"maps", maps.size()}, {"max_maps", capacity.max_maps}});
   }
   for (const Site::Entry& entry : maps) {
     if (entry.problem.ok()) continue;
-    spdlog::warn("map can't be opened map={} problem={}", LogQuoted(entry.name),
-                 LogQuoted(entry.problem.ToString()));
+    logging::Log(logging::Level::kWarning, "map can't be opened",
+                 {{"map", entry.name}, {"problem", entry.problem.ToString()}});
   }
 }
 
@@ -177,6 +228,12 @@ Limits BoundByMemory(Limits limits, int64_t memory_limit) {
   return limits;
 }
 
+absl::StatusOr<std::unique_ptr<AccessControl>> OpenAccess(ServerClock* clock) {
+  const std::string path = absl::GetFlag(FLAGS_access_file);
+  if (path.empty()) return std::make_unique<AccessControl>();
+  return AccessControl::OfFile(path, kExpiryAuthor, clock);
+}
+
 // Serves until a signal arrives.
 absl::Status Serve(ShutdownSignals& signals) {
   const std::string data_dir = absl::GetFlag(FLAGS_data_dir);
@@ -187,6 +244,7 @@ absl::Status Serve(ShutdownSignals& signals) {
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<storage::MapStore> store,
       storage::OpenGeoPackageStore(data_dir, {.reserve_bytes = kReserveBytes,
+                                              .trash_age = absl::GetFlag(FLAGS_trash_age),
                                               .cache_room = std::make_shared<storage::CacheRoom>(
                                                   limits.memory_limit / kCacheShare)}));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
@@ -210,41 +268,86 @@ absl::Status Serve(ShutdownSignals& signals) {
   // Destroyed in the reverse order: first the server with its requests, then the workers, then the
   // maps.
   WorkerPools workers(NumThreads());
-  const Facilities facilities{site.get(), limits, &workers, data_dir, &budgets};
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<AccessControl> access,
+                            OpenAccess(&site->clock()));
+  RpcMeters meters;
+  const Facilities facilities{site.get(), limits,       &workers, data_dir,
+                              &budgets,   access.get(), &meters};
   GrpcServerOptions options{absl::GetFlag(FLAGS_listen), limits.max_message_bytes,
                             ServerFilesOfFlags(), capacity.connections};
   options.max_resident_bytes = limits.memory_limit;
   options.max_calls_per_connection = limits.max_calls_per_connection;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
                             GrpcServer::Start(options, facilities));
+  // Destroyed before what it reads.
+  std::unique_ptr<MetricsListener> metrics;
+  if (const std::string address = absl::GetFlag(FLAGS_metrics_listen); !address.empty()) {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        metrics, MetricsListener::Start(address, std::make_unique<ServerMetrics>(facilities)));
+    logging::Log(logging::Level::kInfo, "metrics are served", {{"address", metrics->address()}});
+  }
   LogCapacity(capacity, resources.files);
   LogProblems(*site, capacity);
   std::printf("hypermapd ready on %s\n", server->address().c_str());
   std::fflush(stdout);
+  NotifyServiceManager("READY=1");
 
   const int signal = signals.Wait();
-  spdlog::info("shutting down signal={}", signal);
+  logging::Log(logging::Level::kInfo, "shutting down", {{"signal", signal}});
+  NotifyServiceManager("STOPPING=1");
+  if (metrics) metrics->SetStopping();
   server->Shutdown(absl::GetFlag(FLAGS_grace));
   return absl::OkStatus();
 }
 
-int Main(int argc, char** argv) {
+int Fail(const absl::Status& status) {
+  std::fprintf(stderr, "hypermapd: %s\n", std::string(status.message()).c_str());
+  return EXIT_FAILURE;
+}
+
+// Checks the files that flags name, without serving.
+absl::Status CheckFiles() {
+  HYPERMAP_RETURN_IF_ERROR(tls::CheckServerFiles(ServerFilesOfFlags()));
+  ServerClock clock;
+  return OpenAccess(&clock).status();
+}
+
+// Makes --help show the flags of hypermapd only, and --version its version.
+void DescribeProgram() {
   absl::SetProgramUsageMessage(
       "Serves the maps of a folder.\n\n  hypermapd --data_dir=DIR [--listen=HOST:PORT]");
+  absl::FlagsUsageConfig usage;
+  const auto is_own = [](absl::string_view file) { return absl::StrContains(file, "server/"); };
+  usage.contains_help_flags = is_own;
+  usage.contains_helpshort_flags = is_own;
+  usage.contains_helppackage_flags = is_own;
+  usage.version_string = [] { return "hypermapd " HYPERMAP_VERSION "\n"; };
+  absl::SetFlagsUsageConfig(usage);
+}
+
+int Main(int argc, char** argv) {
+  DescribeProgram();
+  if (const std::string config = ConfigOnCommandLine({argv + 1, argv + argc}); !config.empty()) {
+    if (const absl::Status status = ReadConfigFile(config); !status.ok()) return Fail(status);
+  }
   const std::vector<char*> positional = absl::ParseCommandLine(argc, argv);
   // The server must not end when a reader of its output goes away.
   std::signal(SIGPIPE, SIG_IGN);
   // Abseil, as some distributions build it, searches for deadlocks at every lock, also at gRPC's.
   absl::SetMutexDeadlockDetectionMode(absl::OnDeadlockCycle::kIgnore);
   absl::Status status = CheckFlags(positional);
-  if (status.ok()) status = SetUpLog();
+  if (status.ok()) status = StartLog();
+  if (status.ok() && absl::GetFlag(FLAGS_check_config)) {
+    status = CheckFiles();
+    if (!status.ok()) return Fail(status);
+    std::puts("hypermapd: the configuration is valid");
+    return EXIT_SUCCESS;
+  }
   if (status.ok()) {
     ShutdownSignals signals;
     status = Serve(signals);
   }
-  if (status.ok()) return EXIT_SUCCESS;
-  std::fprintf(stderr, "hypermapd: %s\n", std::string(status.message()).c_str());
-  return EXIT_FAILURE;
+  return status.ok() ? EXIT_SUCCESS : Fail(status);
 }
 
 }  // namespace

@@ -176,11 +176,19 @@ class MapStore {
   // damaged.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) = 0;
 
-  // Removes the map for good and records the request, unless its id is empty. A retry of the
-  // request changes nothing, also after a restart, and is OK unless there is a new map of that name
-  // by then. NOT_FOUND; FAILED_PRECONDITION when the map is open, or when the id was used to delete
-  // an earlier map of the name; INVALID_ARGUMENT when it was used to delete another map.
+  // Removes the map, for good or into a trash of the store, and records the request, unless its id
+  // is empty. A retry of the request changes nothing, also after a restart, and is OK unless there
+  // is a new map of that name by then. NOT_FOUND; FAILED_PRECONDITION when the map is open, or when
+  // the id was used to delete an earlier map of the name; INVALID_ARGUMENT when it was used to
+  // delete another map.
   virtual absl::Status Delete(const std::string& name, const std::string& request_id) = 0;
+
+  // Removes a map for good that was made but could not be completed. Errors as Delete.
+  virtual absl::Status Discard(const std::string& name) { return Delete(name, /*request_id=*/""); }
+
+  // Removes deleted maps for good that have been in the store's trash for long enough, or whose
+  // space is needed. To be called from time to time; waits for the disk.
+  virtual absl::Status RemoveOldTrash(absl::Time /*now*/) { return absl::OkStatus(); }
 
   // The name of the map that the request deleted; nullopt when it deleted none.
   virtual absl::StatusOr<std::optional<std::string>> FindDeletion(

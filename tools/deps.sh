@@ -2,6 +2,8 @@
 # Installs the missing packages that a group of targets needs.
 #
 #   tools/deps.sh build    compiler and libraries to build the programs
+#   tools/deps.sh server   the same without PCL and the tests' libraries: for hypermap-server alone
+#   tools/deps.sh package  tools that make and try Debian packages
 #   tools/deps.sh test     other software that the tests use: a browser, GDAL, Shapely, gRPC for
 #                          Python, grpcurl
 #   tools/deps.sh web      protoc, to build the dashboard; only checks for Node and Go
@@ -23,9 +25,15 @@ packages_of() {
     build) echo build-essential clang-14 lld-14 libclang-rt-14-dev cmake ninja-build ccache \
              pkg-config libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc \
              libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \
-             libyaml-cpp-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev libutfcpp-dev \
+             libyaml-cpp-dev prometheus-cpp-dev libcivetweb-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev libutfcpp-dev \
              libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcairo2-dev \
              libpcl-dev ;;
+    server) echo build-essential clang-14 lld-14 cmake ninja-build \
+             pkg-config libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc \
+             libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \
+             libyaml-cpp-dev prometheus-cpp-dev libcivetweb-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev \
+             libutfcpp-dev libcairo2-dev dpkg-dev file python3 ;;
+    package) echo dpkg-dev file mmdebstrap python3 ;;
     test)  echo chromium-headless-shell fonts-dejavu-core gdal-bin libfaketime openssl python3-gdal \
              python3-grpcio python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
     web)   echo protobuf-compiler ;;

@@ -1,5 +1,9 @@
 // maps, map, layers, layer, alias, transforms, transform.
+#include <unistd.h>
+
+#include <cstdio>
 #include <initializer_list>
+#include <istream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,6 +34,7 @@ absl::Status ShowAnswer(const absl::StatusOr<Answer>& answer, Output& output) {
 struct MapOptions {
   std::string map;
   std::string frame_id;
+  bool yes = false;
 };
 
 struct LayerOptions {
@@ -61,6 +66,20 @@ struct TransformOptions {
   std::string yaw;
 };
 
+// Asks whether the map is to be deleted, if there is a person to answer.
+absl::Status ConfirmDeletion(const MapOptions& options, std::istream& in) {
+  if (options.yes) return absl::OkStatus();
+  if (isatty(STDIN_FILENO) == 0) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("map ", options.map, " is not deleted: --yes is missing"));
+  }
+  std::fprintf(stderr, "Delete map %s and its layers? [y/N] ", options.map.c_str());
+  std::string answer;
+  std::getline(in, answer);
+  if (answer == "y" || answer == "yes") return absl::OkStatus();
+  return absl::CancelledError(absl::StrCat("map ", options.map, " is not deleted"));
+}
+
 void AddMapCommands(CLI::App& app, Command& selected) {
   CLI::App* maps = app.add_subcommand("maps", "List the maps");
   maps->callback([&selected] {
@@ -79,10 +98,12 @@ void AddMapCommands(CLI::App& app, Command& selected) {
       return absl::OkStatus();
     };
   });
-  CLI::App* remove = map->add_subcommand("delete", "Permanently delete a map and its layers");
+  CLI::App* remove = map->add_subcommand("delete", "Delete a map and its layers; asks first");
   remove->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
+  remove->add_flag("--yes", options->yes, "Do not ask; required if the input is no terminal");
   remove->callback([&selected, options] {
     selected = [options](Session& s) {
+      HYPERMAP_RETURN_IF_ERROR(ConfirmDeletion(*options, s.in));
       HYPERMAP_RETURN_IF_ERROR(s.client.DeleteMap(options->map));
       s.output.Show(Done{.map = options->map, .what = "deleted"});
       return absl::OkStatus();

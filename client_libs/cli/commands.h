@@ -43,8 +43,17 @@ void AddIngestCommands(CLI::App& app, Command& selected);
 // Adds explore start, status, list, frontiers, stop.
 void AddExploreCommands(CLI::App& app, Command& selected);
 
+// Adds whoami.
+void AddWhoamiCommand(CLI::App& app, Command& selected);
+
+// Adds token create, list, revoke.
+void AddTokenCommands(CLI::App& app, Command& selected);
+
 // Adds eval.
 void AddEvalCommand(CLI::App& app, Command& selected);
+
+// Adds demo.
+void AddDemoCommand(CLI::App& app, Command& selected);
 
 // Adds render.
 void AddRenderCommand(CLI::App& app, Command& selected);

@@ -148,6 +148,27 @@ Json EventJson(const client::ObjectEvent& event) {
   return json;
 }
 
+std::string UtcText(absl::Time time) {
+  return absl::FormatTime(absl::RFC3339_sec, time, absl::UTCTimeZone());
+}
+
+void SetExpiry(absl::Time expires, Json* json) {
+  if (expires != absl::InfiniteFuture()) (*json)["expires"] = UtcText(expires);
+}
+
+Json IdentityJson(const access::IdentityRecord& record) {
+  Json tokens = Json::array();
+  for (const access::TokenRecord& token : record.tokens) {
+    Json json = {{"token_id", token.id}, {"created", UtcText(token.created)}};
+    SetExpiry(token.expires, &json);
+    tokens.push_back(std::move(json));
+  }
+  return {
+      {"name", record.identity.name},        {"role", Text(access::RoleName(record.identity.role))},
+      {"maps", record.identity.maps},        {"robots", record.identity.robots},
+      {"certificates", record.certificates}, {"tokens", std::move(tokens)}};
+}
+
 class JsonOutput : public Output {
  public:
   explicit JsonOutput(std::ostream& out) : out_(out) {}
@@ -195,6 +216,32 @@ class JsonOutput : public Output {
     if (!done.layer.empty()) json["layer"] = done.layer;
     if (done.revision != 0) json["revision"] = done.revision;
     Print(json);
+  }
+
+  void Show(const client::CallerAnswer& caller) override {
+    Json json = {{"has_identities", caller.has_identities}};
+    if (caller.has_identities) {
+      json["identity"] = caller.identity;
+      json["role"] = Text(access::RoleName(caller.role));
+      json["maps"] = caller.maps;
+      json["robots"] = caller.robots;
+      SetExpiry(caller.expires, &json);
+    }
+    Print(json);
+  }
+
+  void Show(const CreatedToken& token) override {
+    Json json = {{"identity", token.identity}, {"token_id", token.id}, {"token", token.text}};
+    SetExpiry(token.expires, &json);
+    Print(json);
+  }
+
+  void Show(const RevokedToken& token) override { Print({{"token_id", token.id}}); }
+
+  void Show(const std::vector<access::IdentityRecord>& identities) override {
+    Json list = Json::array();
+    for (const access::IdentityRecord& record : identities) list.push_back(IdentityJson(record));
+    Print({{"identities", std::move(list)}});
   }
 
   void Show(const client::ObjectHistory& history) override {

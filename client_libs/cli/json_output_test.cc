@@ -357,5 +357,19 @@ TEST(JsonOutputTest, ALogListsRevisions) {
             "\n");
 }
 
+TEST(JsonOutputTest, ACallerHasItsRights) {
+  EXPECT_EQ(
+      AsJson(client::CallerAnswer{.has_identities = true,
+                                  .identity = "anna",
+                                  .role = access::Role::kEditor,
+                                  .maps = {"hall-*", "office"},
+                                  .robots = {},
+                                  .expires = absl::UnixEpoch()}),
+      R"({"has_identities":true,"identity":"anna","role":"editor","maps":["hall-*","office"],)"
+      R"("robots":[],"expires":"1970-01-01T00:00:00+00:00"})"
+      "\n");
+  EXPECT_EQ(AsJson(client::CallerAnswer()), "{\"has_identities\":false}\n");
+}
+
 }  // namespace
 }  // namespace hypermap::cli

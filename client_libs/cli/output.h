@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "base/access/access_table.h"
 #include "client_libs/cpp/answers.h"
 #include "client_libs/cpp/exploration_answers.h"
 #include "client_libs/cpp/ingest_answers.h"
@@ -75,6 +76,18 @@ struct FrontiersReport {
   client::FrontierList list;
 };
 
+// A token that was made. This is the only time that its text is known.
+struct CreatedToken {
+  std::string identity;
+  std::string id;
+  std::string text;
+  absl::Time expires;
+};
+
+struct RevokedToken {
+  std::string id;
+};
+
 // A change between two revisions.
 struct DifferenceChange {
   Revision revision = 0;           // the later one
@@ -93,6 +106,11 @@ class Output {
   virtual void Show(const client::ImportAnswer& answer) = 0;
   virtual void Show(const WrittenFiles& files) = 0;
   virtual void Show(const Done& done) = 0;
+  virtual void Show(const client::CallerAnswer& caller) = 0;
+  // A table prints nothing but the token, so that a script can take it.
+  virtual void Show(const CreatedToken& token) = 0;
+  virtual void Show(const RevokedToken& token) = 0;
+  virtual void Show(const std::vector<access::IdentityRecord>& identities) = 0;
   virtual void Show(const client::PointAnswer& answer) = 0;
   virtual void Show(const client::NearestAnswer& answer) = 0;
 

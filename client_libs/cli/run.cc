@@ -16,6 +16,7 @@
 #include "client_libs/cli/text_table.h"
 #include "client_libs/cli/validators.h"
 #include "client_libs/cpp/client.h"
+#include "client_libs/flags/command_table.h"
 #include "client_libs/flags/connection_flags.h"
 
 namespace hypermap::cli {
@@ -104,8 +105,12 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddWatchCommands(app, command);
   AddIngestCommands(app, command);
   AddExploreCommands(app, command);
+  AddWhoamiCommand(app, command);
+  AddTokenCommands(app, command);
   AddEvalCommand(app, command);
   AddRenderCommand(app, command);
+  AddDemoCommand(app, command);
+  client::AddCommandTableOption(app);
   app.require_subcommand(1);
   FallThroughEverywhere(app);
 

@@ -31,10 +31,11 @@ struct CommandLine {
 TEST(RunTest, CommandLinesBecomeRequests) {
   const std::string triangle = "area { outer { xs: -1 xs: 2 xs: 2 ys: -1 ys: -1 ys: 3 } }";
   const CommandLine lines[] = {
+      {{"whoami"}, "GetCaller"},
       {{"maps"}, "ListMaps"},
       {{"map", "create", "office", "--frame", "site"},
        R"(CreateMap map: "office" frame_id: "site")"},
-      {{"map", "delete", "office"}, R"(DeleteMap map: "office")"},
+      {{"map", "delete", "office", "--yes"}, R"(DeleteMap map: "office")"},
       {{"layers", "office"}, R"(ListLayers map: "office")"},
       {{"transforms", "office"}, R"(ListTransforms map: "office")"},
       {{"transform", "set", "office", "dock", "map", "-20", "-.5", "-1.75"},

@@ -20,6 +20,10 @@ namespace {
 // Maximum number of repairs of an import that are listed.
 constexpr size_t kMaxRepairs = 10;
 
+std::string DescribeExpiry(absl::Time expires) {
+  return expires == absl::InfiniteFuture() ? "never" : DescribeTime(expires);
+}
+
 class TableOutput : public Output {
  public:
   explicit TableOutput(std::ostream& out) : out_(out) {}
@@ -112,6 +116,41 @@ class TableOutput : public Output {
     out_ << ' ' << done.what;
     if (done.revision != 0) out_ << ", revision " << done.revision;
     out_ << '\n';
+  }
+
+  void Show(const client::CallerAnswer& caller) override {
+    if (!caller.has_identities) {
+      out_ << "the server knows no identities: everybody may do everything\n";
+      return;
+    }
+    TextTable table({"IDENTITY", "ROLE", "MAPS", "ROBOTS", "EXPIRES"});
+    table.AddRow({caller.identity, std::string(access::RoleName(caller.role)),
+                  absl::StrJoin(caller.maps, " "), absl::StrJoin(caller.robots, " "),
+                  DescribeExpiry(caller.expires)});
+    table.Print(out_);
+  }
+
+  void Show(const CreatedToken& token) override { out_ << token.text << '\n'; }
+
+  void Show(const RevokedToken& token) override { out_ << "token " << token.id << " revoked\n"; }
+
+  void Show(const std::vector<access::IdentityRecord>& identities) override {
+    TextTable table({"IDENTITY", "ROLE", "MAPS", "TOKEN", "CREATED", "EXPIRES"});
+    for (const access::IdentityRecord& record : identities) {
+      const std::string role(access::RoleName(record.identity.role));
+      const std::string maps = absl::StrJoin(record.identity.maps, " ");
+      for (const access::TokenRecord& token : record.tokens) {
+        table.AddRow({record.identity.name, role, maps, token.id, DescribeTime(token.created),
+                      DescribeExpiry(token.expires)});
+      }
+      for (const std::string& certificate : record.certificates) {
+        table.AddRow({record.identity.name, role, maps, absl::StrCat("certificate ", certificate)});
+      }
+      if (record.tokens.empty() && record.certificates.empty()) {
+        table.AddRow({record.identity.name, role, maps});
+      }
+    }
+    if (!table.empty()) table.Print(out_);
   }
 
   void Show(const client::PointAnswer& answer) override {

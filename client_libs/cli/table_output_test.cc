@@ -226,6 +226,19 @@ TEST(TableOutputTest, AWatchIsALineAChange) {
             "9  1970-01-01 00:00:00.000Z  objects  remove  object 5\n");
 }
 
+TEST(TableOutputTest, ACallerHasARow) {
+  EXPECT_EQ(AsTable(client::CallerAnswer{.has_identities = true,
+                                         .identity = "cart",
+                                         .role = access::Role::kRobot,
+                                         .maps = {"hall-*", "office"},
+                                         .robots = {"cart-arm"},
+                                         .expires = absl::InfiniteFuture()}),
+            "IDENTITY  ROLE   MAPS           ROBOTS    EXPIRES\n"
+            "cart      robot  hall-* office  cart-arm  never\n");
+  EXPECT_EQ(AsTable(client::CallerAnswer()),
+            "the server knows no identities: everybody may do everything\n");
+}
+
 TEST(GridSummaryTest, NamesTheValuesOfTheKind) {
   GridSummary seen({"seen",
                     LayerKind::kExploration,

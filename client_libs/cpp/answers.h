@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/time/time.h"
+#include "base/identity/role.h"
 #include "map/entries.h"
 #include "map/frames/frame_tree.h"
 #include "map/objects/semantic_object.h"
@@ -18,6 +20,18 @@ namespace hypermap::client {
 using hypermap::LayerEntry;
 using hypermap::MapEntry;
 using hypermap::RevisionRecord;
+
+// Who the caller is to the server, and what it may do.
+struct CallerAnswer {
+  // Whether the server knows identities. If not, everybody may do everything, and the rest is
+  // empty.
+  bool has_identities = false;
+  std::string identity;  // the author of the caller's changes
+  access::Role role = access::Role::kReader;
+  std::vector<std::string> maps;    // patterns of the maps for which it has the role
+  std::vector<std::string> robots;  // patterns of the robots, besides itself, that it may act for
+  absl::Time expires = absl::InfiniteFuture();  // of its token
+};
 
 struct LayerList {
   std::string map;

@@ -3,6 +3,8 @@
 #include <arpa/inet.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 #include <grpcpp/support/client_interceptor.h>
 #include <netinet/in.h>
 
@@ -15,13 +17,14 @@
 #include "absl/strings/strip.h"
 #include "absl/time/clock.h"
 #include "base/sync/deadline.h"
-#include "base/tls/pem.h"
 #include "wire/status.h"
 
 namespace hypermap::client {
 namespace {
 
 using grpc::experimental::InterceptionHookPoints;
+
+constexpr unsigned int kReadAgainSeconds = 5;
 
 // Characters that RFC 6750 allows in a token and that a header can carry.
 bool IsTokenCharacter(char c) { return c > ' ' && c < '\x7f'; }
@@ -113,28 +116,6 @@ bool IsLoopback(const std::string& target) {
   return inet_pton(AF_INET6, address.c_str(), &v6) == 1 && IN6_IS_ADDR_LOOPBACK(&v6);
 }
 
-absl::Status Named(const char* what, const absl::Status& status) {
-  if (status.ok()) return status;
-  return absl::InvalidArgumentError(absl::StrCat(what, ": ", status.message()));
-}
-
-absl::Status CheckTls(const TlsOptions& tls) {
-  if (!tls.root_certificates.empty()) {
-    absl::Status status =
-        Named("the roots to trust", tls::CheckCertificates(tls.root_certificates));
-    if (!status.ok()) return status;
-  }
-  if (tls.certificate_chain.empty() != tls.private_key.empty()) {
-    return absl::InvalidArgumentError(
-        "the client's certificate and its key go together: one of them is missing");
-  }
-  if (tls.certificate_chain.empty()) return absl::OkStatus();
-  absl::Status status =
-      Named("the client's certificate", tls::CheckCertificates(tls.certificate_chain));
-  if (!status.ok()) return status;
-  return Named("the client's key", tls::CheckKey(tls.private_key, tls.certificate_chain));
-}
-
 // Returns an error if no call can be made with these options.
 absl::Status Check(const std::string& target, const ClientOptions& options) {
   if (options.tls) return CheckTls(*options.tls);
@@ -145,10 +126,19 @@ absl::Status Check(const std::string& target, const ClientOptions& options) {
   return absl::OkStatus();
 }
 
-std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const ClientOptions& options) {
-  if (!options.tls) return grpc::InsecureChannelCredentials();
-  return grpc::SslCredentials(
-      {options.tls->root_certificates, options.tls->private_key, options.tls->certificate_chain});
+// REQUIRES: CheckTls(tls) is OK, since gRPC aborts if a certificate has no key.
+std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const TlsOptions& tls) {
+  const bool has_roots = !tls.root_certificates.empty();
+  const bool has_certificate = !tls.certificate_chain.empty();
+  grpc::experimental::TlsChannelCredentialsOptions options;
+  if (has_roots || has_certificate) {
+    options.set_certificate_provider(
+        std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
+            tls.private_key, tls.certificate_chain, tls.root_certificates, kReadAgainSeconds));
+  }
+  if (has_roots) options.watch_root_certs();
+  if (has_certificate) options.watch_identity_key_cert_pairs();
+  return grpc::experimental::TlsCredentials(options);
 }
 
 grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
@@ -197,14 +187,16 @@ void Pause(grpc::Channel& channel, absl::Duration duration, absl::FunctionRef<bo
 
 std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target,
                                            const ClientOptions& options) {
+  const absl::Status problem = Check(target, options);
   TokenSource token = options.token;
-  if (absl::Status problem = Check(target, options); !problem.ok()) {
-    token = [problem] { return problem; };
-  }
+  if (!problem.ok()) token = [problem] { return problem; };
   std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
   if (token) interceptors.push_back(std::make_unique<BearerTokens>(std::move(token)));
   return grpc::experimental::CreateCustomChannelWithInterceptors(
-      target, CredentialsOf(options), ArgumentsOf(options), std::move(interceptors));
+      target,
+      options.tls && problem.ok() ? CredentialsOf(*options.tls)
+                                  : grpc::InsecureChannelCredentials(),
+      ArgumentsOf(options), std::move(interceptors));
 }
 
 }  // namespace hypermap::client

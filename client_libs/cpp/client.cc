@@ -40,6 +40,14 @@ std::string NewRequestId() {
 Client::Client(const std::string& target, const ClientOptions& options)
     : connection_(std::make_shared<Connection>(target, options)) {}
 
+absl::StatusOr<CallerAnswer> Client::GetCaller(const CallOptions& options) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(connection_->access(), &v1::AccessService::Stub::GetCaller,
+                        v1::GetCallerRequest(), options));
+  return CheckAnswer(DecodeCaller(response));
+}
+
 absl::StatusOr<MapEntry> Client::CreateMap(const std::string& map, const std::string& frame_id,
                                            const CallOptions& options) {
   v1::CreateMapRequest request;

@@ -114,6 +114,10 @@ class Client {
   // `target` is HOST:PORT. Proxy settings of the environment are ignored.
   explicit Client(const std::string& target, const ClientOptions& options = {});
 
+  // Who the caller is to the server, and what it may do. UNAUTHENTICATED if the server knows
+  // identities and the caller is none of them.
+  absl::StatusOr<CallerAnswer> GetCaller(const CallOptions& options = {});
+
   // Maps.
   absl::StatusOr<MapEntry> CreateMap(const std::string& map, const std::string& frame_id = "",
                                      const CallOptions& options = {});

@@ -28,6 +28,30 @@ constexpr char kChair[] =
 
 Polygon UnitSquare() { return Polygon::FromBox({{0, 0}, {1, 1}}); }
 
+TEST(ClientTest, CallerHasItsRights) {
+  Script script;
+  script.caller = ParseText<v1::GetCallerResponse>(
+      "has_identities: true identity: 'cart' role: ROLE_ROBOT maps: ['hall-*', 'office'] "
+      "robots: 'cart-arm' expires { seconds: 5 }");
+  ScriptedServer server(script);
+  const auto caller = Client(server.address()).GetCaller();
+  ASSERT_TRUE(caller.ok()) << caller.status();
+  EXPECT_TRUE(caller->has_identities);
+  EXPECT_EQ(caller->identity, "cart");
+  EXPECT_EQ(caller->role, access::Role::kRobot);
+  EXPECT_THAT(caller->maps, ElementsAre("hall-*", "office"));
+  EXPECT_THAT(caller->robots, ElementsAre("cart-arm"));
+  EXPECT_EQ(caller->expires, absl::FromUnixSeconds(5));
+}
+
+TEST(ClientTest, CallerOfAServerWithoutIdentitiesIsNobody) {
+  ScriptedServer server({});
+  const auto caller = Client(server.address()).GetCaller();
+  ASSERT_TRUE(caller.ok()) << caller.status();
+  EXPECT_FALSE(caller->has_identities);
+  EXPECT_EQ(caller->expires, absl::InfiniteFuture());
+}
+
 TEST(ClientTest, PointAnswerHasWhatEachLayerSays) {
   Script script;
   script.point = ParseText<v1::QueryPointResponse>(

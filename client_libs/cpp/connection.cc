@@ -17,6 +17,7 @@ constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
 
 Connection::Connection(const std::string& target, const ClientOptions& options)
     : options_(options), channel_(MakeChannel(target, options)) {
+  access_ = v1::AccessService::NewStub(channel_);
   catalog_ = v1::CatalogService::NewStub(channel_);
   query_ = v1::QueryService::NewStub(channel_);
   edit_ = v1::EditService::NewStub(channel_);

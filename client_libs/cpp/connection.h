@@ -16,6 +16,7 @@
 #include "base/sync/deadline.h"
 #include "client_libs/cpp/backoff.h"
 #include "client_libs/cpp/client.h"
+#include "hypermap/v1/access_service.grpc.pb.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/exploration_service.grpc.pb.h"
@@ -55,6 +56,7 @@ class Connection {
  public:
   Connection(const std::string& target, const ClientOptions& options);
 
+  v1::AccessService::Stub& access() { return *access_; }
   v1::CatalogService::Stub& catalog() { return *catalog_; }
   v1::QueryService::Stub& query() { return *query_; }
   v1::EditService::Stub& edit() { return *edit_; }
@@ -91,6 +93,7 @@ class Connection {
  private:
   ClientOptions options_;
   std::shared_ptr<grpc::Channel> channel_;
+  std::unique_ptr<v1::AccessService::Stub> access_;
   std::unique_ptr<v1::CatalogService::Stub> catalog_;
   std::unique_ptr<v1::QueryService::Stub> query_;
   std::unique_ptr<v1::EditService::Stub> edit_;

@@ -4,10 +4,24 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "wire/access.h"
 #include "wire/catalog.h"
 #include "wire/geometry.h"
+#include "wire/time.h"
 
 namespace hypermap::client {
+
+absl::StatusOr<CallerAnswer> DecodeCaller(const v1::GetCallerResponse& message) {
+  CallerAnswer caller;
+  caller.has_identities = message.has_identities();
+  if (!caller.has_identities) return caller;
+  caller.identity = message.identity();
+  HYPERMAP_ASSIGN_OR_RETURN(caller.role, wire::DecodeRole("role", message.role()));
+  caller.maps.assign(message.maps().begin(), message.maps().end());
+  caller.robots.assign(message.robots().begin(), message.robots().end());
+  if (message.has_expires()) caller.expires = wire::DecodeTime(message.expires());
+  return caller;
+}
 
 absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message) {
   return wire::DecodeLayerEntry(absl::StrCat("layer ", message.name()), message);

@@ -5,11 +5,13 @@
 
 #include "absl/status/statusor.h"
 #include "client_libs/cpp/answers.h"
+#include "hypermap/v1/access_service.pb.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 
 namespace hypermap::client {
 
+absl::StatusOr<CallerAnswer> DecodeCaller(const v1::GetCallerResponse& message);
 absl::StatusOr<LayerEntry> DecodeLayerEntry(const v1::Layer& message);
 absl::StatusOr<LayerList> DecodeLayerList(const v1::ListLayersResponse& message);
 absl::StatusOr<TransformList> DecodeTransformList(const v1::ListTransformsResponse& message);

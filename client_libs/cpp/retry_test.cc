@@ -104,6 +104,15 @@ TEST(RetryTest, OtherErrorsAreNotTriedAgain) {
   EXPECT_THAT(server.Requests(), SizeIs(1));
 }
 
+TEST(RetryTest, ACallerThatIsNotKnownIsToldAtOnce) {
+  Script script;
+  script.status = grpc::Status(grpc::StatusCode::UNAUTHENTICATED, "the token has expired");
+  ScriptedServer server(script);
+  Client client(server.address());
+  EXPECT_EQ(client.ListMaps().status(), absl::UnauthenticatedError("the token has expired"));
+  EXPECT_THAT(server.Requests(), SizeIs(1));
+}
+
 TEST(RetryTest, EndsWithTheCallsDeadline) {
   ScriptedServer server(Outage(1'000'000));
   Client client(server.address(), {.timeout = absl::Milliseconds(200)});

@@ -91,14 +91,10 @@ class TlsTest : public ::testing::Test {
   }
 
   // The status of one call without retries.
-  absl::Status Call(const Doorkeeper& server, const TlsFiles& files,
-                    const std::string& server_name = "", TokenSource token = nullptr) const {
-    absl::StatusOr<TlsOptions> tls = ReadTlsFiles(files);
-    if (!tls.ok()) return tls.status();
-    tls->server_name = server_name;
+  static absl::Status Call(const Doorkeeper& server, TlsOptions tls, TokenSource token = nullptr) {
     ClientOptions options;
     options.retry_for = absl::ZeroDuration();
-    options.tls = *std::move(tls);
+    options.tls = std::move(tls);
     options.token = std::move(token);
     return Client(server.address(), options).ListMaps().status();
   }
@@ -118,8 +114,10 @@ TEST_F(TlsTest, ServerIsKnownByItsRoot) {
 
 TEST_F(TlsTest, ServerMustHaveTheNameThatIsAskedFor) {
   const auto server = Serve(false);
-  EXPECT_EQ(Call(*server, {folder_ / "root.pem"}, "localhost"), absl::OkStatus());
-  EXPECT_FALSE(Call(*server, {folder_ / "root.pem"}, "elsewhere.example").ok());
+  TlsOptions tls{.root_certificates = folder_ / "root.pem", .server_name = "localhost"};
+  EXPECT_EQ(Call(*server, tls), absl::OkStatus());
+  tls.server_name = "elsewhere.example";
+  EXPECT_FALSE(Call(*server, tls).ok());
 }
 
 TEST_F(TlsTest, ClientShowsItsCertificateToAServerThatAsks) {
@@ -153,15 +151,30 @@ TEST_F(TlsTest, CertificateWithoutItsKeyIsSaid) {
 }
 
 TEST_F(TlsTest, FileThatIsNotThereIsNamed) {
-  const absl::StatusOr<TlsOptions> options = ReadTlsFiles({folder_ / "nothing.pem"});
-  EXPECT_TRUE(absl::IsNotFound(options.status())) << options.status();
-  EXPECT_THAT(std::string(options.status().message()), HasSubstr("nothing.pem"));
-  EXPECT_FALSE(ReadTlsFiles({folder_.path()}).ok());
+  const absl::Status status = CheckTls({folder_ / "nothing.pem"});
+  EXPECT_TRUE(absl::IsNotFound(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("nothing.pem"));
+  EXPECT_FALSE(CheckTls({folder_.path()}).ok());
+}
+
+TEST_F(TlsTest, RenewedFilesAreTakenUp) {
+  const auto server = Serve(true);
+  const auto hold = [this](const std::string& name) {
+    folder_.Write("own.pem", Contents(folder_ / (name + ".pem")));
+    folder_.Write("own.key", Contents(folder_ / (name + ".key")));
+  };
+  hold("stranger");
+  ClientOptions options;
+  options.tls = TlsOptions{folder_ / "root.pem", folder_ / "own.pem", folder_ / "own.key"};
+  Client client(server->address(), options);
+  EXPECT_FALSE(client.ListMaps({.retry_for = absl::ZeroDuration()}).ok());
+  hold("robot");
+  EXPECT_EQ(client.ListMaps({.retry_for = absl::Seconds(30)}).status(), absl::OkStatus());
 }
 
 TEST_F(TlsTest, TokenGoesWithEachCall) {
   const auto server = Serve(false);
-  EXPECT_EQ(Call(*server, {folder_ / "root.pem"}, "", [] { return "abc"; }), absl::OkStatus());
+  EXPECT_EQ(Call(*server, {folder_ / "root.pem"}, [] { return "abc"; }), absl::OkStatus());
   EXPECT_THAT(server->shown(), ElementsAre("Bearer abc"));
 }
 

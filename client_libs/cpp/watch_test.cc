@@ -244,6 +244,16 @@ TEST(WatcherTest, EndsWhereItMayNotGoOn) {
     EXPECT_FALSE(watcher.Next().has_value());
     EXPECT_EQ(watcher.status(), absl::NotFoundError("broken"));
   }
+  // Its token was revoked.
+  script.watches = {Broken({Removes(5, {1})}, grpc::StatusCode::UNAUTHENTICATED)};
+  {
+    ScriptedServer server(script);
+    Watcher watcher = Client(server.address()).Watch("office");
+    EXPECT_TRUE(watcher.Next().has_value());
+    EXPECT_FALSE(watcher.Next().has_value());
+    EXPECT_EQ(watcher.status(), absl::UnauthenticatedError("broken"));
+    EXPECT_THAT(server.Requests(), SizeIs(1));
+  }
 }
 
 TEST(WatcherTest, CompactionEndsItOrBringsASnapshot) {

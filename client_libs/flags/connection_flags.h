@@ -14,19 +14,18 @@ namespace hypermap::client {
 struct ConnectionFlags {
   std::string server = "127.0.0.1:50051";  // HOST:PORT
   bool tls = false;
-  TlsFiles tls_files;  // any of them implies tls
-  std::string tls_server_name;
+  TlsOptions tls_options;  // any of them implies tls
   std::string token_file;
   bool token_in_clear = false;
 };
 
 // --server (or $HYPERMAP_SERVER), --tls, --tls_ca, --tls_cert, --tls_key, --tls_server_name,
-// --token_file, --token_in_clear. `flags` must outlive the parser.
+// --token_file (or $HYPERMAP_TOKEN_FILE), --token_in_clear. No flag takes the token itself, since
+// lists of processes show flags. `flags` must outlive the parser.
 void AddConnectionFlags(CLI::App& app, ConnectionFlags& flags);
 
 // Makes a client of flags.server with `options` and the security that the flags ask for. Without a
-// token file, the token is $HYPERMAP_TOKEN, if that is set. Errors name the file that can't be
-// read.
+// token file, the token is $HYPERMAP_TOKEN, if that is set. Errors of CheckTls.
 absl::StatusOr<Client> MakeClient(const ConnectionFlags& flags, ClientOptions options);
 
 }  // namespace hypermap::client

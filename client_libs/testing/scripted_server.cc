@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "hypermap/v1/access_service.grpc.pb.h"
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/exploration_service.grpc.pb.h"
@@ -51,6 +52,21 @@ grpc::Status ScriptedServer::WriteParts(grpc::ServerContext* context,
   if (script_.endless) cancelled_.Notify();
   return script_.status;
 }
+
+class ScriptedServer::Access : public v1::AccessService::Service {
+ public:
+  explicit Access(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status GetCaller(grpc::ServerContext*, const v1::GetCallerRequest* request,
+                         v1::GetCallerResponse* response) override {
+    if (server_.Note("GetCaller", *request)) return kOutage;
+    *response = server_.script_.caller;
+    return server_.script_.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
 
 class ScriptedServer::Catalog : public v1::CatalogService::Service {
  public:
@@ -339,6 +355,7 @@ class ScriptedServer::Exploring : public v1::ExplorationService::Service {
 
 ScriptedServer::ScriptedServer(Script script)
     : script_(std::move(script)),
+      access_(std::make_unique<Access>(*this)),
       catalog_(std::make_unique<Catalog>(*this)),
       query_(std::make_unique<Query>(*this)),
       edit_(std::make_unique<Edit>(*this)),
@@ -347,6 +364,7 @@ ScriptedServer::ScriptedServer(Script script)
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+  builder.RegisterService(access_.get());
   builder.RegisterService(catalog_.get());
   builder.RegisterService(query_.get());
   builder.RegisterService(edit_.get());

@@ -11,6 +11,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/synchronization/notification.h"
 #include "base/sync/mutex.h"
+#include "hypermap/v1/access_service.pb.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/edit_service.pb.h"
 #include "hypermap/v1/exploration_service.pb.h"
@@ -39,6 +40,7 @@ struct Script {
   // Number of calls that fail with UNAVAILABLE before the others are answered.
   int outage = 0;
 
+  v1::GetCallerResponse caller;
   v1::ListMapsResponse maps;
   v1::ListLayersResponse layers;
   v1::ListTransformsResponse transforms;
@@ -87,6 +89,7 @@ class ScriptedServer {
   void WaitForCancellation() const { cancelled_.WaitForNotification(); }
 
  private:
+  class Access;
   class Catalog;
   class Query;
   class Edit;
@@ -107,6 +110,7 @@ class ScriptedServer {
   size_t num_watches_ ABSL_GUARDED_BY(mutex_) = 0;
   size_t num_replications_ ABSL_GUARDED_BY(mutex_) = 0;
   absl::Notification cancelled_;
+  std::unique_ptr<Access> access_;
   std::unique_ptr<Catalog> catalog_;
   std::unique_ptr<Query> query_;
   std::unique_ptr<Edit> edit_;

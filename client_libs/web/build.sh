@@ -6,6 +6,7 @@
 # Packages are installed again when the lock file has changed. The exit code is 77 if this machine
 # has no suitable Node or Go.
 set -euo pipefail
+version=$(<"$(dirname "$0")/../../VERSION")
 build=$(realpath -m "${1:-$(dirname "$0")/../../build}")
 cd "$(dirname "$0")"
 source ./tools.sh
@@ -29,9 +30,15 @@ build_gateway() {
     find . -path ./grpc/reflection -prune -o -name '*.proto' -printf '%P\0' | sort -z | xargs -0 protoc --include_imports \
       --descriptor_set_out=../client_libs/web/gateway/schema/hypermap.binpb
   )
-  (cd gateway && go build -trimpath -o "$build/bin/hypermap-gateway" .)
+  (cd gateway && go build -trimpath -ldflags "-X main.version=$version" -o "$build/bin/hypermap-gateway" .)
+}
+
+make_man_page() {
+  python3 -B ../../packaging/make_documents.py "$build/documents" "$version" \
+    "$build/bin/hypermap-gateway" ../../packaging/man/hypermap-gateway.roff
 }
 
 require_tools
 build_packages
 build_gateway
+make_man_page

@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "absl/status/status.h"
+#include "client_libs/flags/command_table.h"
 #include "ingest/worker/interruption.h"
 #include "ingest/worker/replay_command.h"
 #include "ingest/worker/serve_command.h"
@@ -26,6 +27,7 @@ int Main(int argc, char** argv) {
   AddReplayCommand(app, command);
   AddServeCommand(app, command);
   AddSimulateCommand(app, command);
+  client::AddCommandTableOption(app);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

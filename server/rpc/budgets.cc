@@ -1,8 +1,6 @@
 #include "server/rpc/budgets.h"
 
-#include <spdlog/spdlog.h>
-
-#include "server/rpc/request_log.h"
+#include "base/logging/log.h"
 
 namespace hypermap::server {
 namespace {
@@ -12,14 +10,15 @@ constexpr int64_t kMemoryOfByte = 32;
 constexpr int64_t kPartOfFeeds = 16;
 
 void LogRefusal(const admission::Refusals::Line& line) {
-  spdlog::warn("calls are refused limit={} since_start={} last={}", LogQuoted(line.flag),
-               line.count, LogQuoted(line.message));
+  logging::Log(logging::Level::kWarning, "calls are refused",
+               {{"limit", line.flag}, {"since_start", line.count}, {"last", line.message}});
 }
 
 }  // namespace
 
 Budgets::Budgets(const Limits& limits)
     : calls("max_calls", limits.max_calls, {.unit = "calls"}),
+      call_rate(limits.max_calls_per_second),
       request_bytes("max_request_bytes", limits.max_request_bytes, {.takes_one_larger = true}),
       most_memory_of_request(kMemoryOfByte * limits.max_message_bytes),
       max_message_bytes(limits.max_message_bytes),

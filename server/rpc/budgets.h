@@ -6,11 +6,13 @@
 #include <memory>
 
 #include "base/admission/budget.h"
+#include "base/admission/call_rate.h"
 #include "base/admission/cancelled_calls.h"
 #include "base/admission/content_budget.h"
 #include "base/admission/explained_bytes.h"
 #include "base/admission/refusals.h"
 #include "base/limits/limits.h"
+#include "server/rpc/log_pace.h"
 #include "server/session/feed_memory.h"
 
 namespace hypermap::server {
@@ -21,6 +23,8 @@ struct Budgets {
 
   // Calls that are under way or wait: --max_calls.
   admission::Budget calls;
+  // Calls that each client begins: --max_calls_per_second.
+  admission::CallRate call_rate;
   // Memory of large requests and answers, of imports and exports, of what calls read of past
   // revisions, and of the filters of watches: --max_request_bytes.
   admission::Budget request_bytes;
@@ -44,6 +48,8 @@ struct Budgets {
   admission::ExplainedBytes explained_bytes;
   // Counts the requests that were refused because of a limit.
   admission::Refusals refusals;
+  // Bounds the lines of the log about calls that fail.
+  LogPace log_pace;
 };
 
 }  // namespace hypermap::server

@@ -18,18 +18,24 @@ constexpr int kLongestPause_ms = 1000;
 constexpr int64_t kForms = 2;
 constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
 
+// No host looks like this.
+std::string ClientOfIdentity(absl::string_view identity) {
+  return absl::StrCat("identity ", identity);
+}
+
 }  // namespace
 
 CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context)
     : CallTicket(budgets, context, context->peer()) {}
 
 CallTicket::CallTicket(Budgets* budgets, grpc::CallbackServerContext* context,
-                       absl::string_view peer)
+                       absl::string_view peer, absl::string_view identity)
     : budgets_(budgets),
       context_(context),
       explained_(&budgets->explained_bytes, peer),
-      call_(&budgets->calls, explained_.host()),
-      memory_(&budgets->request_bytes, explained_.host()),
+      client_(identity.empty() ? explained_.host() : ClientOfIdentity(identity)),
+      call_(&budgets->calls, client_),
+      memory_(&budgets->request_bytes, client_),
       admitted_(call_.Add(1)),
       begin_(SteadyTime::Now()) {}
 

@@ -24,8 +24,9 @@
 namespace hypermap::server {
 
 // Counts a call among those under way from its construction to its end, together with the memory of
-// its request. Clients are told apart by their hosts (base/admission/client_host.h). Every call has
-// one, made before its request is decoded. Not thread safe.
+// its request. Clients are told apart by their identities, or else by their hosts
+// (base/admission/client_host.h). Every call has one, made before its request is decoded. Not
+// thread safe.
 class CallTicket final : public MemoryAccount {
  public:
   // Requests up to this size are not charged: --max_calls bounds them.
@@ -35,13 +36,16 @@ class CallTicket final : public MemoryAccount {
 
   // Both must outlive this; the context is used by Encode only.
   CallTicket(Budgets* budgets, grpc::CallbackServerContext* context);
-  // The same for a peer as gRPC writes it, such as "ipv4:127.0.0.1:4711".
-  CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view peer);
+  // The same for a peer as gRPC writes it, such as "ipv4:127.0.0.1:4711". `identity` is the
+  // caller's, or empty if it is not known.
+  CallTicket(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view peer,
+             absl::string_view identity = "");
   CallTicket(const CallTicket&) = delete;
   CallTicket& operator=(const CallTicket&) = delete;
 
-  // The host to which the call is counted.
   const std::string& host() const { return explained_.host(); }
+  // The client to which the call is counted: an identity or a host.
+  const std::string& client() const { return client_; }
 
   // OK, or the error with which the call must end at once, because --max_calls are under way.
   const absl::Status& admitted() const { return admitted_; }
@@ -113,6 +117,7 @@ class CallTicket final : public MemoryAccount {
   Budgets* const budgets_;
   grpc::CallbackServerContext* const context_;
   admission::ExplainedBytes::Call explained_;
+  const std::string client_;
   admission::Budget::Charge call_;
   admission::Budget::Charge memory_;
   const absl::Status admitted_;

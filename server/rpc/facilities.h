@@ -10,7 +10,9 @@
 #include "absl/status/statusor.h"
 #include "base/limits/limits.h"
 #include "hypermap/v1/scope.pb.h"
+#include "server/auth/access_control.h"
 #include "server/rpc/budgets.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/worker_pools.h"
 #include "server/session/site.h"
 
@@ -24,6 +26,10 @@ struct Facilities {
   // A folder that no other server uses, for files that live as long as a request.
   std::string scratch_dir;
   Budgets* budgets;
+  AccessControl* access;
+  RpcMeters* meters;
+
+  Door door() const { return {budgets, access, meters}; }
 };
 
 // The session of the map that a request names. INVALID_ARGUMENT for a name that no map can have;

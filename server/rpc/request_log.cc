@@ -1,57 +1,99 @@
 #include "server/rpc/request_log.h"
 
-#include <spdlog/spdlog.h>
+#include <optional>
 
-#include <utility>
-
-#include "absl/strings/escaping.h"
-#include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
-#include "base/sync/steady_time.h"
 #include "server/rpc/author.h"
+#include "server/rpc/correlation.h"
 
 namespace hypermap::server {
 namespace {
 
-constexpr size_t kMaxLoggedLength = 200;
+using logging::Level;
 
-std::string_view View(absl::string_view s) { return {s.data(), s.size()}; }
+absl::string_view MessageOf(Level level) {
+  if (level == Level::kDebug) return "call";
+  return level == Level::kWarning ? "call refused" : "call failed";
+}
 
 }  // namespace
 
-std::string LogQuoted(absl::string_view value) {
-  const bool cut = value.size() > kMaxLoggedLength;
-  return absl::StrCat("\"", absl::CHexEscape(value.substr(0, kMaxLoggedLength)), cut ? "..." : "",
-                      "\"");
+Level LevelOf(absl::StatusCode code) {
+  switch (code) {
+    case absl::StatusCode::kOk:
+    case absl::StatusCode::kCancelled:
+      return Level::kDebug;
+    case absl::StatusCode::kUnauthenticated:
+    case absl::StatusCode::kPermissionDenied:
+      return Level::kWarning;
+    case absl::StatusCode::kUnknown:
+    case absl::StatusCode::kInternal:
+    case absl::StatusCode::kDataLoss:
+      return Level::kError;
+    default:
+      return Level::kInfo;
+  }
 }
 
-RequestLog::RequestLog(const grpc::CallbackServerContext& context, absl::string_view rpc,
-                       std::string map)
-    : context_(&context), rpc_(rpc), map_(std::move(map)), begin_(SteadyTime::Now()) {}
+RequestLog::RequestLog(const grpc::CallbackServerContext& context, Rpc rpc)
+    : context_(&context), rpc_(rpc), begin_(SteadyTime::Now()) {}
 
 absl::StatusOr<std::string> RequestLog::author() const {
-  const auto& metadata = context_->client_metadata();
-  const auto it = metadata.find(kAuthorKey);
-  if (it == metadata.end() || it->second.empty()) return context_->peer();
-  std::string author(it->second.data(), it->second.size());
+  std::string author(MetadataOf(kAuthorKey));
+  if (author.empty()) return context_->peer();
   HYPERMAP_RETURN_IF_ERROR(ValidateAuthor(author));
   return author;
 }
 
-void RequestLog::Edited(Revision revision, absl::string_view request_id, int64_t edits) const {
-  spdlog::info("edit rpc={} map={} revision={} request_id={} edits={} author={} peer={}",
-               View(rpc_), LogQuoted(map_), revision, LogQuoted(request_id), edits,
-               LogQuoted(author().value_or("")), LogQuoted(context_->peer()));
+void RequestLog::Edited(Revision revision, absl::string_view edit_id, int64_t edits,
+                        absl::string_view author) const {
+  if (!logging::IsLogged(Level::kInfo)) return;
+  std::vector<logging::Field> fields = Fields();
+  fields.emplace_back("identity", author);
+  fields.emplace_back("revision", revision);
+  fields.emplace_back("edits", edits);
+  fields.emplace_back("edit_id", edit_id);
+  logging::Log(Level::kInfo, "edit", fields);
 }
 
-void RequestLog::Finished(const absl::Status& status, int64_t items) const {
-  if (!spdlog::should_log(spdlog::level::debug)) return;
-  const std::string error =
-      status.ok() ? "" : absl::StrCat(" error=", LogQuoted(std::string(status.message())));
-  spdlog::debug("request rpc={} map={} peer={} status={} duration_ms={:.3f} items={}{}", View(rpc_),
-                LogQuoted(map_), LogQuoted(context_->peer()),
-                absl::StatusCodeToString(status.code()),
-                absl::ToDoubleMilliseconds(SteadyTime::Now() - begin_), items, error);
+void RequestLog::Finished(const absl::Status& status, int64_t items, const Caller& caller,
+                          const std::string& host, LogPace& pace) const {
+  const Level level = LevelOf(status.code());
+  if (!logging::IsLogged(level)) return;
+  const std::optional<int64_t> left_out = level == Level::kDebug ? 0 : pace.Take(host);
+  if (!left_out) return;
+  std::vector<logging::Field> fields = Fields();
+  fields.emplace_back("code", absl::StatusCodeToString(status.code()));
+  if (caller.identity) fields.emplace_back("identity", caller.identity->name);
+  if (!caller.token_id.empty()) fields.emplace_back("token", caller.token_id);
+  fields.emplace_back("duration_ms", absl::ToDoubleMilliseconds(duration()));
+  fields.emplace_back("items", items);
+  if (!status.ok()) fields.emplace_back("error", status.message());
+  if (*left_out > 0) fields.emplace_back("lines_left_out", *left_out);
+  logging::Log(level, MessageOf(level), fields);
+}
+
+std::string RequestLog::request_id() const {
+  const absl::string_view given = MetadataOf(kRequestIdKey);
+  return IsRequestId(given) ? std::string(given) : made_id_;
+}
+
+std::vector<logging::Field> RequestLog::Fields() const {
+  std::string id = request_id();
+  if (id.empty()) id = made_id_ = MakeRequestId();
+  std::vector<logging::Field> fields = {
+      {"rpc", InfoOf(rpc_).method}, {"peer", context_->peer()}, {"request_id", id}};
+  if (!map_.empty()) fields.emplace_back("map", map_);
+  const absl::string_view trace_id = TraceIdOf(MetadataOf(kTraceParentKey));
+  if (!trace_id.empty()) fields.emplace_back("trace_id", trace_id);
+  return fields;
+}
+
+absl::string_view RequestLog::MetadataOf(const char* key) const {
+  const auto& metadata = context_->client_metadata();
+  const auto it = metadata.find(key);
+  return it == metadata.end() ? absl::string_view()
+                              : absl::string_view(it->second.data(), it->second.size());
 }
 
 }  // namespace hypermap::server

@@ -6,47 +6,67 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/logging/log.h"
 #include "base/sync/steady_time.h"
 #include "map/snapshot.h"
+#include "server/auth/caller.h"
+#include "server/auth/rpcs.h"
+#include "server/rpc/log_pace.h"
 
 namespace hypermap::server {
 
-// `value` in quotes, escaped so that it can't be mistaken for other parts of the log, and truncated
-// if it is long.
-std::string LogQuoted(absl::string_view value);
+// The level at which a call is logged that ends with this code: kDebug if it has succeeded or its
+// caller has left, kError for faults of the server, kWarning for callers that may not make it, and
+// kInfo for other mistakes of callers, and for limits and deadlines.
+logging::Level LevelOf(absl::StatusCode code);
 
-// Logs one request. Lines consist of key=value pairs, in which all text from outside is quoted.
-// Constructing a RequestLog is cheap, because most requests are never logged.
+// Logs one request. Constructing a RequestLog is cheap, because most requests are never logged.
 class RequestLog {
  public:
-  // `context` and `rpc` must outlive this; the context is read until the call is finished.
-  RequestLog(const grpc::CallbackServerContext& context, absl::string_view rpc, std::string map);
-
-  // Address and port of the caller's connection.
-  std::string client() const { return context_->peer(); }
+  // The context must outlive this, and is read until the call is finished.
+  RequestLog(const grpc::CallbackServerContext& context, Rpc rpc);
 
   void set_map(std::string map) { map_ = std::move(map); }
   const std::string& map() const { return map_; }
 
-  // The author of the changes that the request makes: the name that the caller gives itself
-  // (metadata x-hypermap-author), or else its address. INVALID_ARGUMENT as ValidateAuthor says.
+  // The author of the changes of a caller without identity: the name that it gives itself (metadata
+  // x-hypermap-author), or else its address. INVALID_ARGUMENT as ValidateAuthor says.
   absl::StatusOr<std::string> author() const;
 
-  // Logs at level info that the request has changed the map.
-  void Edited(Revision revision, absl::string_view request_id, int64_t edits) const;
+  // Logs at level info that the request has changed the map. `edit_id` is the request_id of the
+  // message, by which a retry is recognised.
+  void Edited(Revision revision, absl::string_view edit_id, int64_t edits,
+              absl::string_view author) const;
 
-  // Logs at level debug that the request was answered with `items` items.
-  void Finished(const absl::Status& status, int64_t items) const;
+  // Time since the call began.
+  absl::Duration duration() const { return SteadyTime::Now() - begin_; }
+
+  // Logs the end of the call at LevelOf its code, if `pace` lets a call of this host be logged;
+  // lines at kDebug are always written. `items` is the number of items in the answer.
+  void Finished(const absl::Status& status, int64_t items, const Caller& caller,
+                const std::string& host, LogPace& pace) const;
+
+  // The name of the call (kRequestIdKey) for its answer; empty if its caller gave it no valid one
+  // and no line of the log has one.
+  std::string request_id() const;
 
  private:
+  // What all lines of the call have. Names the call, if it has no name.
+  std::vector<logging::Field> Fields() const;
+  // The value of a key of the call's metadata; empty if there is none.
+  absl::string_view MetadataOf(const char* key) const;
+
   const grpc::CallbackServerContext* const context_;
-  const absl::string_view rpc_;
+  const Rpc rpc_;
   std::string map_;
+  mutable std::string made_id_;  // empty until a line needs it
   const SteadyTime begin_;
 };
 

@@ -5,17 +5,18 @@
 namespace hypermap::server {
 namespace {
 
-TEST(LogQuoted, KeepsPlainText) { EXPECT_EQ(LogQuoted("office-2"), "\"office-2\""); }
+using logging::Level;
 
-TEST(LogQuoted, EscapesWhatCouldBeTakenForMoreOfTheLog) {
-  EXPECT_EQ(LogQuoted("a\" status=OK\nlevel=info\r\x1b[2J"),
-            "\"a\\\" status=OK\\nlevel=info\\r\\x1b[2J\"");
-}
-
-TEST(LogQuoted, CutsWhatIsLong) {
-  const std::string quoted = LogQuoted(std::string(10'000, 'x'));
-  EXPECT_LT(quoted.size(), 300u);
-  EXPECT_EQ(quoted.substr(quoted.size() - 5), "x...\"");
+TEST(RequestLogTest, FaultsOfTheServerAreLouderThanMistakesOfCallers) {
+  EXPECT_EQ(LevelOf(absl::StatusCode::kInternal), Level::kError);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kDataLoss), Level::kError);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kPermissionDenied), Level::kWarning);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kUnauthenticated), Level::kWarning);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kInvalidArgument), Level::kInfo);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kResourceExhausted), Level::kInfo);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kDeadlineExceeded), Level::kInfo);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kCancelled), Level::kDebug);
+  EXPECT_EQ(LevelOf(absl::StatusCode::kOk), Level::kDebug);
 }
 
 }  // namespace

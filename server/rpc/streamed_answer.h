@@ -75,13 +75,12 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // answer begins in `workers`; `long_workers` continue it when it takes more than one turn, and
   // parse large requests. A call that is not admitted, or whose bytes are not `acceptable`, is not
   // parsed, and ends when it would begin.
-  StreamedAnswer(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc,
+  StreamedAnswer(const Door& door, grpc::CallbackServerContext* context, Rpc rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
                  OpenSource open, const absl::Status& acceptable = absl::OkStatus())
-      : context_(context),
+      : grpc_context_(context),
         bytes_(bytes),
-        ticket_(budgets, context),
-        log_(*context, rpc, /*map=*/""),
+        context_(door, context, rpc),
         workers_(workers),
         long_workers_(long_workers),
         open_(std::move(open)) {
@@ -98,8 +97,8 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     if (is_parsed_ || !status_.ok()) return std::move(begin)();
     // Before gRPC knows the call, because OnCancel asks for it.
     wait_.emplace();
-    long_workers_->Run(log_.client(), [this, begin = std::move(begin)]() mutable {
-      status_ = CheckWanted(*context_);
+    long_workers_->Run(context_.peer(), [this, begin = std::move(begin)]() mutable {
+      status_ = context_.CheckWanted();
       if (status_.ok()) Parse();
       std::move(begin)();
     });
@@ -115,12 +114,12 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // not there after kShortTurn, a thread of `long_workers` begins anew. The request must be parsed.
   void BeginAtOnce() {
     ShortTurn short_turn([this, end = EndOfThreadTime(kShortTurn)]() mutable {
-      absl::Status wanted = CheckWanted(*context_);
+      absl::Status wanted = context_.CheckWanted();
       return wanted.ok() ? end() : wanted;
     });
     const std::optional<absl::StatusOr<Step>> step = TakeSteps(kShortTurn, &short_turn);
     // Nothing was sent yet.
-    if (!short_turn.status().ok() && CheckWanted(*context_).ok()) {
+    if (!short_turn.status().ok() && context_.CheckWanted().ok()) {
       source_.reset();
       meter_.GiveBack();
       return RunOn(long_workers_);
@@ -138,7 +137,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void OnCancel() override {
     const CancelScope in_cancel(this);
     // gRPC also cancels calls whose deadline has passed.
-    if (!IsPastDeadline(*context_)) ticket_.Cancelled();
+    if (!IsPastDeadline(*grpc_context_)) context_.ticket().Cancelled();
     if (wait_) wait_->Stop();
   }
 
@@ -157,28 +156,28 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   static constexpr size_t kMessageBytes = 4096;
 
   absl::Status Admit(const absl::Status& acceptable) {
-    ticket_.Received(bytes_);
-    HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
+    context_.ticket().Received(bytes_);
+    HYPERMAP_RETURN_IF_ERROR(context_.admitted());
     HYPERMAP_RETURN_IF_ERROR(acceptable);
-    return ticket_.ChargeArrival(Request::default_instance(), bytes_);
+    return context_.ticket().ChargeArrival(Request::default_instance(), bytes_);
   }
 
   // Sets status_.
   void Parse() {
     is_parsed_ = true;
     status_ = UnlessMemoryFails([&]() -> absl::Status {
-      HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRest(Request::default_instance(), bytes_));
-      return ParseRequest(bytes_, request_);
+      HYPERMAP_RETURN_IF_ERROR(context_.ticket().ChargeRest(Request::default_instance(), bytes_));
+      HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes_, request_));
+      return context_.EnterMap(MapOf(*request_));
     });
-    log_.set_map(MapOf(*request_));
   }
 
   void RunOn(WorkerPool* workers) {
-    workers->Run(log_.client(), [this] { TakeTurn(); });
+    workers->Run(context_.peer(), [this] { TakeTurn(); });
   }
 
   void TakeTurn() {
-    Cancellation cancellation([this] { return CheckWanted(*context_); });
+    Cancellation cancellation([this] { return context_.CheckWanted(); });
     GoOn(TakeSteps(kTurn, &cancellation));
   }
 
@@ -229,31 +228,29 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   void Write() {
     if (!source_->done()) return StartWrite(&message_);
-    log_.Finished(absl::OkStatus(), source_->items());
+    const grpc::Status end = context_.End(absl::OkStatus(), source_->items());
     source_.reset();
     // One operation instead of two.
-    StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
+    StartWriteAndFinish(&message_, grpc::WriteOptions(), end);
   }
 
   void End(const absl::Status& status) {
-    log_.Finished(status, source_ ? source_->items() : 0);
-    Finish(ticket_.Encode(status));
+    Finish(context_.End(status, source_ ? source_->items() : 0));
   }
 
-  const grpc::CallbackServerContext* const context_;
+  const grpc::CallbackServerContext* const grpc_context_;
   const grpc::ByteBuffer& bytes_;
   alignas(std::max_align_t) char block_[kRequestBytes];
   google::protobuf::Arena arena_{block_, sizeof block_};
   Request* const request_ = google::protobuf::Arena::CreateMessage<Request>(&arena_);
-  CallTicket ticket_;
+  CallContext context_;
   absl::Status status_;  // why there is no request to answer, or OK
   bool is_parsed_ = false;
-  RequestLog log_;
   WorkerPool* const workers_;
   WorkerPool* const long_workers_;
   OpenSource open_;
-  std::optional<RevisionWait> wait_;  // set before gRPC knows the call
-  MemoryMeter meter_{&ticket_};       // of what source_ has read of the past
+  std::optional<RevisionWait> wait_;       // set before gRPC knows the call
+  MemoryMeter meter_{&context_.ticket()};  // of what source_ has read of the past
   std::unique_ptr<Source> source_;
   grpc::ByteBuffer message_;  // the message that is being written
 };

@@ -65,7 +65,8 @@ class StreamedAnswerTest : public ::testing::Test {
     grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryArea(
         grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override {
       auto* const answer = new StreamedAnswer<v1::QueryAreaRequest, Response>(
-          &test->budgets_, context, "QueryArea", *request, &test->workers_, &test->workers_,
+          Door{&test->budgets_, &test->access_, &test->meters_}, context, Rpc::kQueryArea, *request,
+          &test->workers_, &test->workers_,
           [this](const v1::QueryAreaRequest&) -> absl::StatusOr<std::unique_ptr<Source>> {
             return std::make_unique<ScriptedSource>(&test->alive_, script);
           });
@@ -86,6 +87,8 @@ class StreamedAnswerTest : public ::testing::Test {
   std::atomic<int> steps_ = 0;
   std::atomic<bool> other_ran_ = false;
   Budgets budgets_{Limits()};
+  AccessControl access_;
+  RpcMeters meters_;
   WorkerPool workers_{"hm-test", 1};
   Service service_;
   std::unique_ptr<grpc::Server> server_;

@@ -7,7 +7,6 @@
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
 #include "base/sync/cancel_scope.h"
-#include "server/rpc/wanted.h"
 
 namespace hypermap::server {
 namespace {
@@ -17,26 +16,17 @@ constexpr int64_t kBytesOfAnswerByte = 4;
 
 }  // namespace
 
-UnaryCall::UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc)
-    : context_(context),
-      reactor_(this),
-      ticket_(budgets, context),
-      max_answer_bytes_(budgets->max_message_bytes),
-      admitted_(ticket_.admitted()),
-      log_(*context, rpc, /*map=*/"") {}
+UnaryCall::UnaryCall(const Door& door, grpc::CallbackServerContext* context, Rpc rpc)
+    : reactor_(this),
+      context_(door, context, rpc),
+      max_answer_bytes_(door.budgets->max_message_bytes),
+      admitted_(context_.admitted()) {}
 
 absl::Status UnaryCall::EnsureParsed() {
   if (is_parsed_) return absl::OkStatus();
   HYPERMAP_RETURN_IF_ERROR(Parse());
   is_parsed_ = true;
   return absl::OkStatus();
-}
-
-absl::Status UnaryCall::CheckWanted() const { return server::CheckWanted(*context_); }
-
-std::shared_ptr<Cancellation> UnaryCall::MakeCancellation() const {
-  return std::make_shared<Cancellation>(
-      [context = context_] { return server::CheckWanted(*context); });
 }
 
 absl::Status UnaryCall::ReserveAnswer(int64_t bytes) {
@@ -48,7 +38,7 @@ absl::Status UnaryCall::ReserveAnswer(int64_t bytes) {
   }
   if (answer_bytes_ <= CallTicket::kFreeAnswerBytes) return absl::OkStatus();
   const int64_t missing = kBytesOfAnswerByte * answer_bytes_ - answer_charge_;
-  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(missing));
+  HYPERMAP_RETURN_IF_ERROR(ticket().ChargeMemory(missing));
   answer_charge_ += missing;
   return absl::OkStatus();
 }
@@ -56,19 +46,18 @@ absl::Status UnaryCall::ReserveAnswer(int64_t bytes) {
 void UnaryCall::ForgetAnswer() {
   ClearResponse();
   answer_bytes_ = 0;
-  ticket_.FreeMemory(std::exchange(answer_charge_, 0));
+  ticket().FreeMemory(std::exchange(answer_charge_, 0));
 }
 
 void UnaryCall::Finish(absl::Status status, int64_t items) {
   const int64_t bytes = status.ok() ? EncodeResponse() : 0;
   FreeMessages();
-  ticket_.FreeMemory(ticket_.memory());
+  ticket().FreeMemory(ticket().memory());
   if (status.ok()) {
-    status = ticket_.ChargeMemory(CallTicket::CostOfAnswer(bytes));
+    status = ticket().ChargeMemory(CallTicket::CostOfAnswer(bytes));
     if (!status.ok()) DropEncodedResponse();
   }
-  log_.Finished(status, items);
-  const grpc::Status encoded = ticket_.Encode(status);
+  const grpc::Status encoded = context_.End(status, items);
   reactor_.Finish(encoded);
 }
 
@@ -102,8 +91,8 @@ grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
       return absl::OkStatus();
     });
   }
-  const std::string client = call->log().client();
-  const std::string subject = turns == Turns::kOnePerMap ? call->log().map() : "";
+  const std::string client = call->context().peer();
+  const std::string subject = turns == Turns::kOnePerMap ? call->context().map() : "";
   workers->Run(client, subject, [call = std::move(call), answer = std::move(answer)]() mutable {
     Cancellation cancellation([&call] { return call->CheckWanted(); });
     absl::StatusOr<int64_t> items = 0;
@@ -141,7 +130,7 @@ grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
     call->Finish(call->admitted());
     return reactor;
   }
-  const std::string client = call->log().client();
+  const std::string client = call->context().peer();
   workers->Run(client, [call = std::move(call), start = std::move(start)]() mutable {
     absl::Status status;
     {
@@ -164,17 +153,17 @@ void SubmitAndFinish(UnaryCallPtr call, MapSession& session, EditBatch batch,
                      const std::string& request_id, std::string request_digest,
                      absl::AnyInvocable<void(const storage::Receipt&) &&> respond) {
   const auto edits = static_cast<int64_t>(batch.edits.size());
-  absl::StatusOr<std::string> author = call->log().author();
+  absl::StatusOr<std::string> author = call->context().author();
   if (!author.ok()) return call->Finish(author.status());
   Submission submission{std::move(batch), *std::move(author), request_id,
                         std::move(request_digest)};
   submission.cancellation = call->MakeCancellation();
-  submission.host = call->ticket().host();
+  submission.host = call->ticket().client();
   session.Submit(std::move(submission),
                  [call = std::move(call), request_id, edits,
                   respond = std::move(respond)](absl::StatusOr<storage::Receipt> receipt) mutable {
                    if (receipt.ok()) {
-                     call->log().Edited(receipt->revision, request_id, edits);
+                     call->context().Edited(receipt->revision, request_id, edits);
                      std::move(respond)(*receipt);
                    }
                    call->Finish(receipt.status(), edits);

@@ -21,10 +21,9 @@
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
-#include "server/rpc/budgets.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/raw_messages.h"
-#include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
 #include "server/rpc/worker_pool.h"
 #include "server/session/map_session.h"
@@ -39,21 +38,20 @@ class UnaryCall {
   UnaryCall& operator=(const UnaryCall&) = delete;
 
   grpc::ServerUnaryReactor* reactor() { return &reactor_; }
-  const RequestLog& log() const { return log_; }
-  // OK, or the error with which the call must end before any work: too many calls are under way, or
-  // the request is too large, or is none.
+  const CallContext& context() const { return context_; }
+  // OK, or the error with which the call must end before any work: that of CallContext::admitted,
+  // or because the request is too large, is none, or is about a map to which the caller has no
+  // access.
   const absl::Status& admitted() const { return admitted_; }
   // Whether the request is parsed. A large one is only when a worker has called EnsureParsed.
   bool is_parsed() const { return is_parsed_; }
   // Parses the request, if that was left to a worker. INVALID_ARGUMENT if the bytes are none, and
-  // the errors of CallTicket::ChargeRest. Must not be called again after an error, nor if the call
-  // is not admitted.
+  // the errors of CallTicket::ChargeRest and CallContext::EnterMap. Must not be called again after
+  // an error, nor if the call is not admitted.
   absl::Status EnsureParsed();
-  // As server::CheckWanted.
-  absl::Status CheckWanted() const;
-  // Tells the loops of work for this call whether its caller still waits. Must not be used after
-  // Finish.
-  std::shared_ptr<Cancellation> MakeCancellation() const;
+  absl::Status CheckWanted() const { return context_.CheckWanted(); }
+  // Must not be used after Finish.
+  std::shared_ptr<Cancellation> MakeCancellation() const { return context_.MakeCancellation(); }
   // A wait that ends with the call. Must be called before the reactor is given to gRPC, if at all.
   RevisionWait& StartWait() { return wait_.emplace(); }
 
@@ -73,15 +71,15 @@ class UnaryCall {
   void Finish(absl::Status status, int64_t items = 0);
 
   // The account of the memory that the call's work takes.
-  CallTicket& ticket() { return ticket_; }
+  CallTicket& ticket() { return context_.ticket(); }
 
  protected:
-  // `budgets` and `rpc` must outlive this; the context lives as long as this.
-  UnaryCall(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view rpc);
+  // The context lives as long as this.
+  UnaryCall(const Door& door, grpc::CallbackServerContext* context, Rpc rpc);
 
   // Keeps the call, which is this one, until gRPC is done with it.
   void KeepUntilDone(std::shared_ptr<UnaryCall> call) { self_ = std::move(call); }
-  void set_map(std::string map) { log_.set_map(std::move(map)); }
+  absl::Status EnterMap(std::string map) { return context_.EnterMap(std::move(map)); }
   void Refuse(const absl::Status& status) { admitted_ = status; }
 
  private:
@@ -105,13 +103,11 @@ class UnaryCall {
   virtual void DropEncodedResponse() = 0;
   virtual void FreeMessages() = 0;
 
-  grpc::CallbackServerContext* const context_;
   Reactor reactor_;
-  CallTicket ticket_;
+  CallContext context_;
   const int64_t max_answer_bytes_;
   absl::Status admitted_;
   bool is_parsed_ = false;
-  RequestLog log_;
   std::optional<RevisionWait> wait_;
   absl::string_view advice_;
   int64_t answer_bytes_ = 0;         // reserved
@@ -136,10 +132,10 @@ template <typename Request, typename Response>
 class UnaryCallOf final : public UnaryCall {
  public:
   // A call whose request is not `acceptable` is refused.
-  static std::shared_ptr<UnaryCallOf> Begin(Budgets* budgets, grpc::CallbackServerContext* context,
-                                            absl::string_view rpc, const RawMessages& raw,
+  static std::shared_ptr<UnaryCallOf> Begin(const Door& door, grpc::CallbackServerContext* context,
+                                            Rpc rpc, const RawMessages& raw,
                                             const absl::Status& acceptable) {
-    auto call = std::make_shared<UnaryCallOf>(Private(), budgets, context, rpc, raw, acceptable);
+    auto call = std::make_shared<UnaryCallOf>(Private(), door, context, rpc, raw, acceptable);
     call->KeepUntilDone(call);
     if (call->admitted().ok() && IsSmallRequest(*raw.request)) {
       if (const absl::Status parsed = call->EnsureParsed(); !parsed.ok()) call->Refuse(parsed);
@@ -151,9 +147,9 @@ class UnaryCallOf final : public UnaryCall {
     friend class UnaryCallOf;
     Private() = default;
   };
-  UnaryCallOf(Private, Budgets* budgets, grpc::CallbackServerContext* context,
-              absl::string_view rpc, const RawMessages& raw, const absl::Status& acceptable)
-      : UnaryCall(budgets, context, rpc), raw_(raw) {
+  UnaryCallOf(Private, const Door& door, grpc::CallbackServerContext* context, Rpc rpc,
+              const RawMessages& raw, const absl::Status& acceptable)
+      : UnaryCall(door, context, rpc), raw_(raw) {
     ticket().Received(*raw.request);
     if (!admitted().ok()) return;
     absl::Status status = acceptable;
@@ -171,8 +167,7 @@ class UnaryCallOf final : public UnaryCall {
   absl::Status Parse() override {
     HYPERMAP_RETURN_IF_ERROR(ticket().ChargeRest(Request::default_instance(), *raw_.request));
     HYPERMAP_RETURN_IF_ERROR(ParseRequest(*raw_.request, request_));
-    set_map(MapOf(*request_));
-    return absl::OkStatus();
+    return EnterMap(MapOf(*request_));
   }
   void ClearResponse() override { response_->Clear(); }
   int64_t EncodeResponse() override {
@@ -192,22 +187,20 @@ class UnaryCallOf final : public UnaryCall {
 
 // Begins a unary call, whose request is refused if it is not `acceptable`.
 template <typename Request, typename Response>
-std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
+std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(const Door& door,
                                                           grpc::CallbackServerContext* context,
-                                                          absl::string_view rpc,
-                                                          const RawMessages& raw,
+                                                          Rpc rpc, const RawMessages& raw,
                                                           const absl::Status& acceptable) {
-  return UnaryCallOf<Request, Response>::Begin(budgets, context, rpc, raw, acceptable);
+  return UnaryCallOf<Request, Response>::Begin(door, context, rpc, raw, acceptable);
 }
 
 // The same for a request of at most FixedLimits::kMaxRequestBytes.
 template <typename Request, typename Response>
-std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(Budgets* budgets,
+std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(const Door& door,
                                                           grpc::CallbackServerContext* context,
-                                                          absl::string_view rpc,
-                                                          const RawMessages& raw) {
+                                                          Rpc rpc, const RawMessages& raw) {
   return BeginCall<Request, Response>(
-      budgets, context, rpc, raw, CheckRequestSize(*raw.request, FixedLimits::kMaxRequestBytes));
+      door, context, rpc, raw, CheckRequestSize(*raw.request, FixedLimits::kMaxRequestBytes));
 }
 
 // Reserves room for a part of the answer that was just made, before the next one is; the most that

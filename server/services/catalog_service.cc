@@ -7,9 +7,9 @@
 
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/map_message.h"
 #include "server/rpc/request_digest.h"
-#include "server/rpc/request_log.h"
 #include "server/rpc/streamed_answer.h"
 #include "server/services/backup_source.h"
 #include "server/services/export_source.h"
@@ -55,10 +55,9 @@ absl::Status CatalogService::SubmitEdit(const std::shared_ptr<UnaryCallOf<Reques
 
 template <typename Request, typename Response, typename Fill>
 grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServerContext* context,
-                                                             absl::string_view rpc,
-                                                             const RawMessages& raw,
+                                                             Rpc rpc, const RawMessages& raw,
                                                              Fill fill) const {
-  const auto call = BeginCall<Request, Response>(facilities_.budgets, context, rpc, raw);
+  const auto call = BeginCall<Request, Response>(facilities_.door(), context, rpc, raw);
   return AnswerOn(&facilities_.workers->questions, call,
                   [this, call, fill]() -> absl::StatusOr<int64_t> {
                     const Request& request = call->request();
@@ -77,14 +76,15 @@ grpc::ServerUnaryReactor* CatalogService::CreateMap(grpc::CallbackServerContext*
                                                     const grpc::ByteBuffer* request,
                                                     grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::CreateMapRequest, v1::CreateMapResponse>(
-      facilities_.budgets, context, "CreateMap", {request, response});
+      facilities_.door(), context, Rpc::kCreateMap, {request, response});
   return AnswerOn(&facilities_.workers->openings, call, [this, call]() -> absl::StatusOr<int64_t> {
-    HYPERMAP_RETURN_IF_ERROR(MakeMap(call->log(), call->request(), call->response()));
+    HYPERMAP_RETURN_IF_ERROR(MakeMap(call->context(), call->request(), call->response()));
     return 1;
   });
 }
 
-absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapRequest& request,
+absl::Status CatalogService::MakeMap(const CallContext& context,
+                                     const v1::CreateMapRequest& request,
                                      v1::CreateMapResponse* response) const {
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   const std::string frame = request.frame_id().empty() ? kDefaultFrame : request.frame_id();
@@ -92,15 +92,15 @@ absl::Status CatalogService::MakeMap(const RequestLog& log, const v1::CreateMapR
       facilities_.site->Create({request.map(), frame, request.request_id()});
   if (!session.ok()) return session.status();
   EncodeMap(**session, response->mutable_map());
-  log.Edited(response->map().revision(), request.request_id(), /*edits=*/0);
+  context.Edited(response->map().revision(), request.request_id(), /*edits=*/0);
   return absl::OkStatus();
 }
 
 grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* context,
                                                  const grpc::ByteBuffer* request,
                                                  grpc::ByteBuffer* response) {
-  const auto call = BeginCall<v1::GetMapRequest, v1::GetMapResponse>(facilities_.budgets, context,
-                                                                     "GetMap", {request, response});
+  const auto call = BeginCall<v1::GetMapRequest, v1::GetMapResponse>(
+      facilities_.door(), context, Rpc::kGetMap, {request, response});
   return AnswerOn(&facilities_.workers->questions, call, [this, call]() -> absl::StatusOr<int64_t> {
     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                               FindMap(facilities_, call->request().map()));
@@ -113,11 +113,11 @@ grpc::ServerUnaryReactor* CatalogService::ListMaps(grpc::CallbackServerContext* 
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ListMapsRequest, v1::ListMapsResponse>(
-      facilities_.budgets, context, "ListMaps", {request, response});
+      facilities_.door(), context, Rpc::kListMaps, {request, response});
   return AnswerOn(&facilities_.workers->questions, call, [this, call]() -> absl::StatusOr<int64_t> {
     v1::ListMapsResponse* const answer = call->response();
     for (const Site::Entry& entry : facilities_.site->List()) {
-      EncodeEntry(entry, answer->add_maps());
+      if (call->context().caller().MaySee(entry.name)) EncodeEntry(entry, answer->add_maps());
     }
     return answer->maps_size();
   });
@@ -127,24 +127,24 @@ grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext*
                                                     const grpc::ByteBuffer* request,
                                                     grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::DeleteMapRequest, v1::DeleteMapResponse>(
-      facilities_.budgets, context, "DeleteMap", {request, response});
+      facilities_.door(), context, Rpc::kDeleteMap, {request, response});
   // It waits until the map's writer has finished what it has accepted.
   return AnswerOn(
       &facilities_.workers->openings, call,
       [this, call]() -> absl::StatusOr<int64_t> {
-        HYPERMAP_RETURN_IF_ERROR(RemoveMap(call->log(), call->request()));
+        HYPERMAP_RETURN_IF_ERROR(RemoveMap(call->context(), call->request()));
         call->response()->set_map(call->request().map());
         return 1;
       },
       Turns::kOnePerMap);
 }
 
-absl::Status CatalogService::RemoveMap(const RequestLog& log,
+absl::Status CatalogService::RemoveMap(const CallContext& context,
                                        const v1::DeleteMapRequest& request) const {
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
   absl::Status status =
       facilities_.site->Delete(request.map(), request.request_id(), request.incarnation());
-  if (status.ok()) log.Edited(/*revision=*/0, request.request_id(), /*edits=*/0);
+  if (status.ok()) context.Edited(/*revision=*/0, request.request_id(), /*edits=*/0);
   return status;
 }
 
@@ -152,7 +152,7 @@ grpc::ServerUnaryReactor* CatalogService::CreateLayer(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::CreateLayerRequest, v1::CreateLayerResponse>(
-      facilities_.budgets, context, "CreateLayer", {request, response},
+      facilities_.door(), context, Rpc::kCreateLayer, {request, response},
       CheckRequestSize(*request, FixedLimits::kMaxLayerRequestBytes));
   WorkerPools& workers = *facilities_.workers;
   WorkerPool& pool = call->is_parsed() ? workers.writes : workers.long_writes;
@@ -178,7 +178,7 @@ grpc::ServerUnaryReactor* CatalogService::GetLayer(grpc::CallbackServerContext* 
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   return AnswerFromSnapshot<v1::GetLayerRequest, v1::GetLayerResponse>(
-      context, "GetLayer", {request, response},
+      context, Rpc::kGetLayer, {request, response},
       [](auto& call, const Snapshot& snapshot,
          v1::GetLayerResponse* answer) -> absl::StatusOr<int64_t> {
         const std::string& name = call.request().layer();
@@ -193,7 +193,7 @@ grpc::ServerUnaryReactor* CatalogService::ListLayers(grpc::CallbackServerContext
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
   return AnswerFromSnapshot<v1::ListLayersRequest, v1::ListLayersResponse>(
-      context, "ListLayers", {request, response},
+      context, Rpc::kListLayers, {request, response},
       [](auto& call, const Snapshot& snapshot,
          v1::ListLayersResponse* answer) -> absl::StatusOr<int64_t> {
         for (const auto& [name, layer] : snapshot.layers) {
@@ -209,7 +209,7 @@ grpc::ServerUnaryReactor* CatalogService::DeleteLayer(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::DeleteLayerRequest, v1::DeleteLayerResponse>(
-      facilities_.budgets, context, "DeleteLayer", {request, response});
+      facilities_.door(), context, Rpc::kDeleteLayer, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
     return SubmitEdit(call, hypermap::DeleteLayer{call->request().layer()},
                       [](const storage::Receipt&, v1::DeleteLayerResponse*) {});
@@ -220,7 +220,7 @@ grpc::ServerUnaryReactor* CatalogService::SetTransform(grpc::CallbackServerConte
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::SetTransformRequest, v1::SetTransformResponse>(
-      facilities_.budgets, context, "SetTransform", {request, response});
+      facilities_.door(), context, Rpc::kSetTransform, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
     if (!call->request().has_transform()) return absl::InvalidArgumentError("transform is missing");
     HYPERMAP_ASSIGN_OR_RETURN(FrameTransform transform,
@@ -234,7 +234,7 @@ grpc::ServerUnaryReactor* CatalogService::ListTransforms(grpc::CallbackServerCon
                                                          const grpc::ByteBuffer* request,
                                                          grpc::ByteBuffer* response) {
   return AnswerFromSnapshot<v1::ListTransformsRequest, v1::ListTransformsResponse>(
-      context, "ListTransforms", {request, response},
+      context, Rpc::kListTransforms, {request, response},
       [](auto& call, const Snapshot& snapshot,
          v1::ListTransformsResponse* answer) -> absl::StatusOr<int64_t> {
         answer->set_frame_id(snapshot.frame_id);
@@ -256,7 +256,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::ExportMapRequest, v1::ExportMapResponse>(
-      facilities_.budgets, context, "ExportMap", *request, files, files,
+      facilities_.door(), context, Rpc::kExportMap, *request, files, files,
       [this, client = context->peer()](const v1::ExportMapRequest& asked) {
         return OpenExport(facilities_, client, asked);
       },
@@ -269,7 +269,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::BackupMapRequest, v1::BackupMapResponse>(
-      facilities_.budgets, context, "BackupMap", *request, files, files,
+      facilities_.door(), context, Rpc::kBackupMap, *request, files, files,
       [this, client = context->peer()](const v1::BackupMapRequest& asked) {
         return OpenBackup(facilities_, client, asked);
       },

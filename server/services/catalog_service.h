@@ -72,9 +72,9 @@ class CatalogService
                                                         const grpc::ByteBuffer* request) override;
 
  private:
-  absl::Status MakeMap(const RequestLog& log, const v1::CreateMapRequest& request,
+  absl::Status MakeMap(const CallContext& context, const v1::CreateMapRequest& request,
                        v1::CreateMapResponse* response) const;
-  absl::Status RemoveMap(const RequestLog& log, const v1::DeleteMapRequest& request) const;
+  absl::Status RemoveMap(const CallContext& context, const v1::DeleteMapRequest& request) const;
   // Submits a batch of one edit to the map that the request names, and fills the response's map and
   // incarnation. `respond(receipt, response)` fills the rest.
   template <typename Request, typename Response, typename Respond>
@@ -84,9 +84,8 @@ class CatalogService
   // Answers from the newest snapshot of the map that the request names: `fill(call, snapshot,
   // response)` fills the response and returns the number of items in it.
   template <typename Request, typename Response, typename Fill>
-  grpc::ServerUnaryReactor* AnswerFromSnapshot(grpc::CallbackServerContext* context,
-                                               absl::string_view rpc, const RawMessages& raw,
-                                               Fill fill) const;
+  grpc::ServerUnaryReactor* AnswerFromSnapshot(grpc::CallbackServerContext* context, Rpc rpc,
+                                               const RawMessages& raw, Fill fill) const;
 
   const Facilities facilities_;
 };

@@ -17,17 +17,17 @@ namespace {
 // Logs the commit, if the call made one.
 void LogEdits(const UnaryCall& call, const ExplorationAnswer& answer,
               const std::string& request_id = "") {
-  if (answer.num_edits > 0) call.log().Edited(answer.revision, request_id, answer.num_edits);
+  if (answer.num_edits > 0) call.context().Edited(answer.revision, request_id, answer.num_edits);
 }
 
 }  // namespace
 
 template <typename Request, typename Response, typename Answer>
 grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
-    grpc::CallbackServerContext* context, absl::string_view rpc, const RawMessages& raw,
-    Answer answer, bool takes_turns) {
+    grpc::CallbackServerContext* context, Rpc rpc, const RawMessages& raw, Answer answer,
+    bool takes_turns) {
   const auto call = BeginCall<Request, Response>(
-      facilities_.budgets, context, rpc, raw, CheckQuestionSize(*raw.request, facilities_.limits));
+      facilities_.door(), context, rpc, raw, CheckQuestionSize(*raw.request, facilities_.limits));
   return AnswerOn(
       &facilities_.workers->explorations, call,
       [this, call, answer]() -> absl::StatusOr<int64_t> {
@@ -46,14 +46,14 @@ grpc::ServerUnaryReactor* ExplorationService::StartExploration(grpc::CallbackSer
                                                                const grpc::ByteBuffer* request,
                                                                grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::StartExplorationRequest, v1::StartExplorationResponse>(
-      context, "StartExploration", {request, response},
+      context, Rpc::kStartExploration, {request, response},
       [this](UnaryCall& call, const v1::StartExplorationRequest& request,
              v1::StartExplorationResponse* response,
              MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
         HYPERMAP_ASSIGN_OR_RETURN(ExplorationStart start,
                                   wire::DecodeStart(request, facilities_.limits));
-        HYPERMAP_ASSIGN_OR_RETURN(start.author, call.log().author());
+        HYPERMAP_ASSIGN_OR_RETURN(start.author, call.context().author());
         start.request_digest = DigestOf(request);
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view, explorations.Start(start));
         LogEdits(call, view, request.request_id());
@@ -68,7 +68,7 @@ grpc::ServerUnaryReactor* ExplorationService::GetExploration(grpc::CallbackServe
                                                              const grpc::ByteBuffer* request,
                                                              grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::GetExplorationRequest, v1::GetExplorationResponse>(
-      context, "GetExploration", {request, response},
+      context, Rpc::kGetExploration, {request, response},
       [](UnaryCall&, const v1::GetExplorationRequest& request, v1::GetExplorationResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationReport report,
@@ -86,7 +86,7 @@ grpc::ServerUnaryReactor* ExplorationService::ListExplorations(grpc::CallbackSer
                                                                const grpc::ByteBuffer* request,
                                                                grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ListExplorationsRequest, v1::ListExplorationsResponse>(
-      context, "ListExplorations", {request, response},
+      context, Rpc::kListExplorations, {request, response},
       [](UnaryCall& call, const v1::ListExplorationsRequest& request,
          v1::ListExplorationsResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
@@ -108,7 +108,7 @@ grpc::ServerUnaryReactor* ExplorationService::ListFrontiers(grpc::CallbackServer
                                                             const grpc::ByteBuffer* request,
                                                             grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ListFrontiersRequest, v1::ListFrontiersResponse>(
-      context, "ListFrontiers", {request, response},
+      context, Rpc::kListFrontiers, {request, response},
       [](UnaryCall& call, const v1::ListFrontiersRequest& request,
          v1::ListFrontiersResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
@@ -133,11 +133,12 @@ grpc::ServerUnaryReactor* ExplorationService::ClaimGoal(grpc::CallbackServerCont
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ClaimGoalRequest, v1::ClaimGoalResponse>(
-      context, "ClaimGoal", {request, response},
+      context, Rpc::kClaimGoal, {request, response},
       [](UnaryCall& call, const v1::ClaimGoalRequest& request, v1::ClaimGoalResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_RETURN_IF_ERROR(call.context().caller().CheckRobot(request.robot()));
         HYPERMAP_ASSIGN_OR_RETURN(GoalClaim claim, wire::DecodeClaim(request));
-        HYPERMAP_ASSIGN_OR_RETURN(claim.author, call.log().author());
+        HYPERMAP_ASSIGN_OR_RETURN(claim.author, call.context().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ClaimAnswer answer, explorations.Claim(claim));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
@@ -153,11 +154,12 @@ grpc::ServerUnaryReactor* ExplorationService::RenewGoal(grpc::CallbackServerCont
                                                         const grpc::ByteBuffer* request,
                                                         grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::RenewGoalRequest, v1::RenewGoalResponse>(
-      context, "RenewGoal", {request, response},
+      context, Rpc::kRenewGoal, {request, response},
       [](UnaryCall& call, const v1::RenewGoalRequest& request, v1::RenewGoalResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_RETURN_IF_ERROR(call.context().caller().CheckRobot(request.robot()));
         HYPERMAP_ASSIGN_OR_RETURN(GoalRenewal renewal, wire::DecodeRenewal(request));
-        HYPERMAP_ASSIGN_OR_RETURN(renewal.author, call.log().author());
+        HYPERMAP_ASSIGN_OR_RETURN(renewal.author, call.context().author());
         HYPERMAP_ASSIGN_OR_RETURN(const GoalAnswer answer, explorations.Renew(renewal));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
@@ -170,11 +172,12 @@ grpc::ServerUnaryReactor* ExplorationService::ReleaseGoal(grpc::CallbackServerCo
                                                           const grpc::ByteBuffer* request,
                                                           grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::ReleaseGoalRequest, v1::ReleaseGoalResponse>(
-      context, "ReleaseGoal", {request, response},
+      context, Rpc::kReleaseGoal, {request, response},
       [](UnaryCall& call, const v1::ReleaseGoalRequest& request, v1::ReleaseGoalResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
+        HYPERMAP_RETURN_IF_ERROR(call.context().caller().CheckRobot(request.robot()));
         HYPERMAP_ASSIGN_OR_RETURN(GoalRelease release, wire::DecodeRelease(request));
-        HYPERMAP_ASSIGN_OR_RETURN(release.author, call.log().author());
+        HYPERMAP_ASSIGN_OR_RETURN(release.author, call.context().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationAnswer answer, explorations.Release(release));
         LogEdits(call, answer);
         response->set_revision(answer.revision);
@@ -186,11 +189,11 @@ grpc::ServerUnaryReactor* ExplorationService::StopExploration(grpc::CallbackServ
                                                               const grpc::ByteBuffer* request,
                                                               grpc::ByteBuffer* response) {
   return AnswerFromExplorations<v1::StopExplorationRequest, v1::StopExplorationResponse>(
-      context, "StopExploration", {request, response},
+      context, Rpc::kStopExploration, {request, response},
       [](UnaryCall& call, const v1::StopExplorationRequest& request,
          v1::StopExplorationResponse* response,
          MapExplorations& explorations) -> absl::StatusOr<int64_t> {
-        HYPERMAP_ASSIGN_OR_RETURN(const std::string author, call.log().author());
+        HYPERMAP_ASSIGN_OR_RETURN(const std::string author, call.context().author());
         HYPERMAP_ASSIGN_OR_RETURN(const ExplorationView view,
                                   explorations.Stop(request.exploration_id(), author));
         LogEdits(call, view);

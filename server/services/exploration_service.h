@@ -57,9 +57,9 @@ class ExplorationService
   // worker. It fills the response and returns the number of items in it. With `takes_turns`, one
   // such call of a map is answered at a time: those wait for MapExplorations's lock.
   template <typename Request, typename Response, typename Answer>
-  grpc::ServerUnaryReactor* AnswerFromExplorations(grpc::CallbackServerContext* context,
-                                                   absl::string_view rpc, const RawMessages& raw,
-                                                   Answer answer, bool takes_turns = true);
+  grpc::ServerUnaryReactor* AnswerFromExplorations(grpc::CallbackServerContext* context, Rpc rpc,
+                                                   const RawMessages& raw, Answer answer,
+                                                   bool takes_turns = true);
 
   const Facilities facilities_;
   SiteExplorations explorations_;

@@ -1,19 +1,22 @@
 #include "server/services/grpc_server.h"
 
 #include <grpcpp/server_builder.h>
-#include <spdlog/spdlog.h>
 
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "absl/strings/strip.h"
 #include "absl/time/clock.h"
 #include "base/admission/open_streams.h"
+#include "base/logging/log.h"
 #include "base/status/status_macros.h"
-#include "server/rpc/call_ticket.h"
-#include "server/rpc/request_log.h"
+#include "server/auth/caller.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/wanted.h"
 
 namespace hypermap::server {
@@ -22,6 +25,9 @@ namespace {
 // Time for watches to end by themselves, before those with slow readers are cancelled.
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
 constexpr absl::Duration kHealthPeriod = absl::Seconds(1);
+constexpr absl::Duration kAccessPeriod = absl::Seconds(1);
+// Also the time for which a full disk may be full while deleted maps could give way.
+constexpr absl::Duration kTrashPeriod = absl::Seconds(10);
 // While the server stops: how often it looks whether calls are under way, and the time that clients
 // have after the last call to close their connections. gRPC would wait for those that stay open.
 constexpr absl::Duration kIdlePeriod = absl::Milliseconds(20);
@@ -31,9 +37,10 @@ constexpr absl::Duration kGoodbye = absl::Milliseconds(500);
 constexpr int64_t kUnfinishedMessages = 16;
 
 std::vector<std::string> OwnServices() {
-  return {v1::CatalogService::service_full_name(),     v1::QueryService::service_full_name(),
-          v1::EditService::service_full_name(),        v1::IngestService::service_full_name(),
-          v1::ExplorationService::service_full_name(), v1::WatchService::service_full_name()};
+  return {v1::AccessService::service_full_name(), v1::CatalogService::service_full_name(),
+          v1::QueryService::service_full_name(),  v1::EditService::service_full_name(),
+          v1::IngestService::service_full_name(), v1::ExplorationService::service_full_name(),
+          v1::WatchService::service_full_name()};
 }
 
 std::vector<std::string> DescribedServices() {
@@ -45,30 +52,34 @@ std::vector<std::string> DescribedServices() {
 // Admits the calls of gRPC's standard services like others.
 class StandardTicket final : public reflection::Ticket {
  public:
-  StandardTicket(Budgets* budgets, grpc::CallbackServerContext* context, absl::string_view name)
-      : context_(context), ticket_(budgets, context), log_(*context, name, "") {}
+  StandardTicket(const Door& door, grpc::CallbackServerContext* context, Rpc rpc)
+      : access_(door.access), grpc_context_(context), context_(door, context, rpc) {}
 
-  absl::Status admitted() const override { return ticket_.admitted(); }
-  absl::Status ChargeMemory(int64_t bytes) override { return ticket_.ChargeMemory(bytes); }
-  void FreeMemory(int64_t bytes) override { ticket_.FreeMemory(bytes); }
+  absl::Status admitted() const override { return context_.admitted(); }
+  absl::Status CheckName(absl::string_view name) const override {
+    if (!absl::ConsumePrefix(&name, GrpcServer::kMapPrefix)) return absl::OkStatus();
+    HYPERMAP_ASSIGN_OR_RETURN(const Caller caller, access_->Identify(*grpc_context_));
+    return caller.CheckMap(name);
+  }
+  absl::Status ChargeMemory(int64_t bytes) override {
+    return context_.ticket().ChargeMemory(bytes);
+  }
+  void FreeMemory(int64_t bytes) override { context_.ticket().FreeMemory(bytes); }
   grpc::Status Encode(const absl::Status& status) override {
     // gRPC also cancels calls whose deadline has passed.
-    const absl::Status end =
-        absl::IsCancelled(status) && IsPastDeadline(*context_) ? CheckWanted(*context_) : status;
-    log_.Finished(end, 0);
-    return ticket_.Encode(end);
+    const bool is_late = absl::IsCancelled(status) && IsPastDeadline(*grpc_context_);
+    return context_.End(is_late ? context_.CheckWanted() : status);
   }
 
  private:
-  const grpc::CallbackServerContext* const context_;
-  CallTicket ticket_;
-  const RequestLog log_;
+  const AccessControl* const access_;
+  const grpc::CallbackServerContext* const grpc_context_;
+  CallContext context_;
 };
 
-// `name` stands in the log, and must be a constant.
-reflection::Admit AdmitBy(Budgets* budgets, absl::string_view name) {
-  return [budgets, name](grpc::CallbackServerContext* context) {
-    return std::make_unique<StandardTicket>(budgets, context, name);
+reflection::Admit AdmitBy(const Facilities& facilities, Rpc rpc) {
+  return [door = facilities.door(), rpc](grpc::CallbackServerContext* context) {
+    return std::make_unique<StandardTicket>(door, context, rpc);
   };
 }
 
@@ -81,16 +92,19 @@ constexpr int kWindowBytes = 256 << 10;
 }  // namespace
 
 GrpcServer::GrpcServer(const Facilities& facilities)
-    : catalog_(facilities),
+    : access_service_(facilities),
+      catalog_(facilities),
       query_(facilities),
       edit_(facilities),
       ingest_(facilities),
       exploration_(facilities),
       watch_(facilities),
-      health_(AdmitBy(facilities.budgets, "Health")),
-      reflection_(DescribedServices(), AdmitBy(facilities.budgets, "ServerReflectionInfo")),
+      health_(AdmitBy(facilities, Rpc::kHealth)),
+      reflection_(DescribedServices(), AdmitBy(facilities, Rpc::kServerReflectionInfo)),
       site_(facilities.site),
-      budgets_(facilities.budgets) {}
+      budgets_(facilities.budgets),
+      access_(facilities.access),
+      workers_(facilities.workers) {}
 
 GrpcServer::~GrpcServer() = default;
 
@@ -110,6 +124,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kReadBytes);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kWindowBytes);
+  builder.RegisterService(&made->access_service_);
   builder.RegisterService(&made->catalog_);
   builder.RegisterService(&made->query_);
   builder.RegisterService(&made->edit_);
@@ -134,9 +149,11 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   };
   listen.open_streams = admission::CountOpenStreams;
   listen.max_unexplained_bytes = kUnfinishedMessages * options.max_message_bytes;
-  listen.log = [](const std::string& line) { spdlog::warn("{}", line); };
+  listen.log = [](const std::string& line) { logging::Log(logging::Level::kWarning, line); };
   HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
   made->TellHealth();
+  if (!facilities.access->is_open()) made->FollowAccess();
+  made->RemoveOldTrash();
   return made;
 }
 
@@ -145,7 +162,39 @@ void GrpcServer::TellHealth() {
   // Reading the clock notices jumps.
   site_->clock().Read();
   health_.SetServingStatus(kClockService, !site_->clock().state().jump.has_value());
+  TellHealthOfMaps();
   timer_.RunAfter(kHealthPeriod, [this] { TellHealth(); });
+}
+
+void GrpcServer::TellHealthOfMaps() {
+  std::set<std::string> names;
+  for (const Site::Entry& map : site_->List()) {
+    const std::string name = absl::StrCat(kMapPrefix, map.name);
+    health_.SetServingStatus(name, map.problem.ok());
+    names.insert(name);
+  }
+  for (const std::string& name : maps_with_health_) {
+    if (!names.contains(name)) health_.Forget(name);
+  }
+  maps_with_health_ = std::move(names);
+}
+
+void GrpcServer::FollowAccess() {
+  access_->Refresh();
+  // Also if the identities are the same, because tokens expire.
+  watch_.EndUnwanted();
+  timer_.RunAfter(kAccessPeriod, [this] { FollowAccess(); });
+}
+
+void GrpcServer::RemoveOldTrash() {
+  // The task may run when this server is gone, but not when the site is.
+  workers_->openings.Run([site = site_] {
+    const absl::Status status = site->RemoveOldTrash();
+    if (status.ok()) return;
+    logging::Log(logging::Level::kWarning, "old deleted maps can't be removed",
+                 {{"problem", status.ToString()}});
+  });
+  timer_.RunAfter(kTrashPeriod, [this] { RemoveOldTrash(); });
 }
 
 const std::string& GrpcServer::address() const { return listener_->connections().address(); }

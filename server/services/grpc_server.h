@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -17,6 +18,7 @@
 #include "server/rpc/budgets.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/timer_queue.h"
+#include "server/services/access_service.h"
 #include "server/services/catalog_service.h"
 #include "server/services/edit_service.h"
 #include "server/services/exploration_service.h"
@@ -44,11 +46,13 @@ struct GrpcServerOptions {
 // all of them as SERVING until the shutdown begins) and reflection. The health service also knows
 // kAdmissionService, which is NOT_SERVING while the server refuses calls for want of room, and for
 // kOverloadPeriod afterwards, and kClockService, which is while a jump of the wall clock is not
-// followed; the others go on SERVING then.
+// followed; the others go on SERVING then. A map is known by kMapPrefix and its name to callers
+// that have access to it, and is NOT_SERVING if it can't be opened or has failed since.
 class GrpcServer {
  public:
   static constexpr char kAdmissionService[] = "hypermap.admission";
   static constexpr char kClockService[] = "hypermap.clock";
+  static constexpr char kMapPrefix[] = "map/";
   static constexpr absl::Duration kOverloadPeriod = absl::Seconds(10);
 
   // All pointers in `facilities` must outlive the server. INVALID_ARGUMENT for a malformed address
@@ -70,12 +74,19 @@ class GrpcServer {
  private:
   explicit GrpcServer(const Facilities& facilities);
 
-  // Tells the health service whether the server has room and its clock is right, now and every
-  // second from now on.
+  // Tells the health service whether the server has room, its clock is right and its maps work, now
+  // and every second from now on.
   void TellHealth();
+  void TellHealthOfMaps();
+  // Reads the identities again when they change, and ends the watches of those who have lost
+  // access, now and every second from now on.
+  void FollowAccess();
+  // Removes old deleted maps for good, now and every ten seconds, on a worker.
+  void RemoveOldTrash();
   // Shuts down the connections soon after the last call has ended. REQUIRES: the listener stopped.
   void CloseWhenIdle();
 
+  AccessService access_service_;
   CatalogService catalog_;
   QueryService query_;
   EditService edit_;
@@ -84,8 +95,11 @@ class GrpcServer {
   WatchService watch_;
   health::HealthService health_;
   reflection::ReflectionService reflection_;
+  std::set<std::string> maps_with_health_;  // names for the health service; used by TellHealth only
   Site* const site_;
   Budgets* const budgets_;
+  AccessControl* const access_;
+  WorkerPools* const workers_;
   std::unique_ptr<grpc::Server> server_;
   // Destroyed before the server, to which it gives connections.
   std::unique_ptr<admission::GrpcListener> listener_;

@@ -24,19 +24,24 @@ grpc::health::v1::HealthCheckResponse::ServingStatus HealthOf(TestServer& server
   grpc::ClientContext context;
   const grpc::internal::RpcMethod check("/grpc.health.v1.Health/Check",
                                         grpc::internal::RpcMethod::NORMAL_RPC);
-  EXPECT_TRUE(
-      grpc::internal::BlockingUnaryCall(server.channel().get(), check, &context, request, &response)
-          .ok());
+  const grpc::Status status = grpc::internal::BlockingUnaryCall(server.channel().get(), check,
+                                                                &context, request, &response);
+  if (status.error_code() == grpc::StatusCode::NOT_FOUND) {
+    return grpc::health::v1::HealthCheckResponse::SERVICE_UNKNOWN;
+  }
+  EXPECT_TRUE(status.ok()) << status.error_message();
   return response.status();
 }
 
 // The facilities of a server without maps.
 class NoMaps {
  public:
-  Facilities facilities() { return {nullptr, {}, &workers_, "", &budgets_}; }
+  Facilities facilities() { return {nullptr, {}, &workers_, "", &budgets_, &access_, &meters_}; }
 
  private:
   Budgets budgets_{Limits()};
+  AccessControl access_;
+  RpcMeters meters_;
   WorkerPools workers_{1};
 };
 
@@ -59,6 +64,18 @@ TEST(GrpcServer, HealthTellsThatCallsAreRefusedForWantOfRoom) {
            grpc::health::v1::HealthCheckResponse::NOT_SERVING;
   }));
   EXPECT_EQ(HealthOf(server, ""), grpc::health::v1::HealthCheckResponse::SERVING);
+}
+
+TEST(GrpcServer, HealthOfAMapIsKnownWhileThereIsTheMap) {
+  TestServer server;
+  const auto health = [&] { return HealthOf(server, "map/site"); };
+  using grpc::health::v1::HealthCheckResponse;
+  EXPECT_EQ(health(), HealthCheckResponse::SERVICE_UNKNOWN);
+  server.MakeMap("site", LayerOfCups("cups", 1));
+  EXPECT_TRUE(testing::Eventually([&] { return health() == HealthCheckResponse::SERVING; }));
+  EXPECT_TRUE(server.site().Delete("site", "").ok());
+  EXPECT_TRUE(
+      testing::Eventually([&] { return health() == HealthCheckResponse::SERVICE_UNKNOWN; }));
 }
 
 TEST(GrpcServer, TakenPortIsRefused) {

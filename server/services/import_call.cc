@@ -11,7 +11,6 @@
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
 #include "server/rpc/raw_messages.h"
-#include "server/rpc/wanted.h"
 #include "server/services/map_files.h"
 
 namespace hypermap::server {
@@ -28,16 +27,15 @@ constexpr int64_t kLargeImportBytes = 8 << 20;
 
 ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* facilities,
                        grpc::ByteBuffer* response)
-    : context_(context),
-      facilities_(facilities),
+    : facilities_(facilities),
       encoded_response_(response),
-      ticket_(facilities->budgets, context),
-      log_(*context, "ImportMap", ""),
-      files_(*facilities, log_.client()) {
-  if (ticket_.admitted().ok()) {
+      context_(facilities->door(), context, Rpc::kImportMap),
+      ticket_(context_.ticket()),
+      files_(*facilities, context_.peer()) {
+  if (context_.admitted().ok()) {
     ReadNext();
   } else {
-    End(ticket_.admitted());
+    End(context_.admitted());
   }
 }
 
@@ -45,14 +43,14 @@ void ImportCall::ReadNext() { StartRead(&read_); }
 
 void ImportCall::OnReadDone(bool ok) {
   if (!ok) {
-    facilities_->workers->files.Run(log_.client(), [this] {
+    facilities_->workers->files.Run(context_.peer(), [this] {
       const absl::Status status = UnlessMemoryFails([this] { return Import(); });
       if (files_.bytes() >= kLargeImportBytes) admission::ReturnFreedMemory();
       End(status);
     });
     return;
   }
-  facilities_->workers->uploads.Run(log_.client(), [this, charged = ChargeMessage()] {
+  facilities_->workers->uploads.Run(context_.peer(), [this, charged = ChargeMessage()] {
     const absl::Status status =
         charged.ok() ? UnlessMemoryFails([this] { return TakeMessage(); }) : charged;
     // Removing the files may take long, too.
@@ -75,7 +73,7 @@ absl::Status ImportCall::ChargeMessage() {
 }
 
 absl::Status ImportCall::TakeMessage() {
-  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
+  HYPERMAP_RETURN_IF_ERROR(context_.CheckWanted());
   v1::ImportMapRequest message;
   if (!IsSmallRequest(read_)) {
     const int64_t cost = CallTicket::CostOfRequest(message, read_);
@@ -100,8 +98,7 @@ absl::Status ImportCall::Take(v1::ImportMapRequest message) {
     }
     header_ = std::move(*message.mutable_header());
     if (!header_->request_id().empty()) digest_.emplace(*header_);
-    log_.set_map(header_->map());
-    return absl::OkStatus();
+    return context_.EnterMap(header_->map());
   }
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
   if (!message.has_chunk()) return absl::InvalidArgumentError("a message carries nothing");
@@ -113,12 +110,12 @@ absl::Status ImportCall::Take(v1::ImportMapRequest message) {
 
 absl::Status ImportCall::Import() {
   // A cancelled stream ends like a complete one, but the files are not complete.
-  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  Cancellation cancellation([this] { return context_.CheckWanted(); });
   const ScopedCancellation here(&cancellation);
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(header_->request_id()));
-  HYPERMAP_ASSIGN_OR_RETURN(author_, log_.author());
+  HYPERMAP_ASSIGN_OR_RETURN(author_, context_.author());
   const absl::StatusOr<std::shared_ptr<MapSession>> session =
       FindMap(*facilities_, header_->map(), header_->incarnation());
   const bool make_map = absl::IsNotFound(session.status()) && header_->create_map();
@@ -132,8 +129,8 @@ absl::Status ImportCall::Import() {
                             make_map ? ImportIntoNewMap() : ImportInto(**session));
   response_.set_map(header_->map());
   response_.set_revision(receipt.revision);
-  log_.Edited(receipt.revision, header_->request_id(),
-              static_cast<int64_t>(receipt.object_ids.size()));
+  context_.Edited(receipt.revision, header_->request_id(),
+                  static_cast<int64_t>(receipt.object_ids.size()));
   return absl::OkStatus();
 }
 
@@ -180,7 +177,7 @@ absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
   std::string digest = digest_ ? std::move(*digest_).Finish() : "";
   Submission submission{std::move(imported.batch), author_, header_->request_id(),
                         std::move(digest)};
-  submission.host = ticket_.host();
+  submission.host = ticket_.client();
   return session.SubmitAndWait(std::move(submission));
 }
 
@@ -190,8 +187,7 @@ void ImportCall::End(const absl::Status& status) {
     grpc::ByteBuffer(&slice, 1).Swap(encoded_response_);
   }
   files_.Remove();
-  log_.Finished(status, response_.layers_size());
-  const grpc::Status encoded = ticket_.Encode(status);
+  const grpc::Status encoded = context_.End(status, response_.layers_size());
   Finish(encoded);
 }
 

@@ -13,10 +13,10 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "hypermap/v1/catalog_service.pb.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/request_digest.h"
-#include "server/rpc/request_log.h"
 #include "server/services/uploaded_files.h"
 #include "server/session/map_session.h"
 #include "storage/interchange/imported_map.h"
@@ -55,12 +55,11 @@ class ImportCall final : public grpc::ServerReadReactor<grpc::ByteBuffer> {
   // Removes the files, so that OnDone need not, and ends the call.
   void End(const absl::Status& status);
 
-  const grpc::CallbackServerContext* const context_;
   const Facilities* const facilities_;
   grpc::ByteBuffer* const encoded_response_;
   v1::ImportMapResponse response_;
-  CallTicket ticket_;
-  RequestLog log_;
+  CallContext context_;
+  CallTicket& ticket_;     // of context_
   grpc::ByteBuffer read_;  // target of the read under way, or the message that waits for a worker
   int64_t message_cost_ = 0;  // charged for the message
   std::optional<v1::ImportHeader> header_;

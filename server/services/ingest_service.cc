@@ -20,17 +20,17 @@ absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                             FindMap(facilities, request.map(), request.incarnation()));
   HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
-  HYPERMAP_ASSIGN_OR_RETURN(std::string author, call->log().author());
+  HYPERMAP_ASSIGN_OR_RETURN(std::string author, call->context().author());
   FusionSubmission submission{std::move(command), std::move(author), request.request_id(),
                               DigestOf(request)};
   submission.cancellation = call->MakeCancellation();
-  submission.host = call->ticket().host();
+  submission.host = call->ticket().client();
   response->set_map(request.map());
   response->set_incarnation(session->incarnation());
   session->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),
                                        response](absl::StatusOr<storage::Receipt> receipt) {
     if (receipt.ok()) {
-      call->log().Edited(receipt->revision, request_id, 1);
+      call->context().Edited(receipt->revision, request_id, 1);
       response->set_revision(receipt->revision);
     }
     call->Finish(receipt.status());
@@ -49,7 +49,7 @@ grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::RebuildLayerRequest, v1::RebuildLayerResponse>(
-      facilities_.budgets, context, "RebuildLayer", {request, response});
+      facilities_.door(), context, Rpc::kRebuildLayer, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call] {
     const v1::RebuildLayerRequest& request = call->request();
     return StartCommand(facilities_, call, request,
@@ -62,9 +62,10 @@ grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerConte
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::RetractSourceRequest, v1::RetractSourceResponse>(
-      facilities_.budgets, context, "RetractSource", {request, response});
+      facilities_.door(), context, Rpc::kRetractSource, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call] {
     const v1::RetractSourceRequest& request = call->request();
+    HYPERMAP_RETURN_IF_ERROR(call->context().caller().CheckRobot(request.robot()));
     RetractObservations command{request.layer(), request.robot()};
     if (request.has_from()) command.from = wire::DecodeTime(request.from());
     if (request.has_to()) command.to = wire::DecodeTime(request.to());
@@ -76,7 +77,7 @@ grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerConte
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ExplainObjectRequest, v1::ExplainObjectResponse>(
-      facilities_.budgets, context, "ExplainObject", {request, response});
+      facilities_.door(), context, Rpc::kExplainObject, {request, response});
   // It folds a whole log, and waits for the map's writer.
   return AnswerOn(
       &facilities_.workers->long_questions, call,

@@ -10,7 +10,6 @@
 #include "base/status/unless_memory_fails.h"
 #include "base/sync/cancel_scope.h"
 #include "server/rpc/raw_messages.h"
-#include "server/rpc/wanted.h"
 #include "wire/ingest.h"
 #include "wire/observation.h"
 
@@ -51,18 +50,17 @@ int64_t Charged(int64_t bytes) {
 }  // namespace
 
 ObserveCall::ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities)
-    : context_(context),
-      facilities_(facilities),
-      ticket_(facilities->budgets, context),
-      log_(*context, "Observe", "") {
-  if (ticket_.admitted().ok()) {
+    : facilities_(facilities),
+      context_(facilities->door(), context, Rpc::kObserve),
+      ticket_(context_.ticket()) {
+  if (context_.admitted().ok()) {
     StartRead(&read_);
     return;
   }
   Change([this] {
     mutex_.AssertHeld();
     reading_ = false;
-    status_ = ticket_.admitted();
+    status_ = context_.admitted();
   });
 }
 
@@ -87,7 +85,7 @@ void ObserveCall::OnReadDone(bool ok) {
     WorkerPool& pool = read_.Length() > kFewBytes ? workers.long_writes : workers.writes;
     grpc::ByteBuffer bytes;
     bytes.Swap(&read_);
-    pool.Run(log_.client(), [this, bytes] { TakeRequest(bytes); });
+    pool.Run(context_.peer(), [this, bytes] { TakeRequest(bytes); });
   });
 }
 
@@ -164,9 +162,8 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
     acknowledged = acknowledged_;
   }
   if (!ends) return;
-  log_.Finished(status, acknowledged);
   // Without the lock, because gRPC may call OnDone, which deletes this, at any time from here on.
-  const grpc::Status encoded = ticket_.Encode(status);
+  const grpc::Status encoded = context_.End(status, acknowledged);
   Finish(encoded);
 }
 
@@ -207,7 +204,7 @@ void ObserveCall::EndRequest(absl::Status status) {
 
 void ObserveCall::TakeRequest(const grpc::ByteBuffer& bytes) {
   auto request = std::make_shared<v1::ObserveRequest>();
-  absl::Status status = CheckWanted(*context_);
+  absl::Status status = context_.CheckWanted();
   if (status.ok()) status = ChargeRest(bytes);
   if (status.ok()) {
     status = UnlessMemoryFails([&] { return ParseRequest(bytes, request.get()); });
@@ -224,7 +221,7 @@ void ObserveCall::TakeRequest(const grpc::ByteBuffer& bytes) {
 
 void ObserveCall::Took(const v1::ObserveRequest& request, absl::Status status) {
   if (status.ok() && !request.observations().empty()) {
-    Cancellation cancellation([this] { return CheckWanted(*context_); });
+    Cancellation cancellation([this] { return context_.CheckWanted(); });
     const ScopedCancellation here(&cancellation);
     status = ChargeAnswer(BytesOfAcknowledgements(request));
     if (status.ok()) status = Submit(request);
@@ -241,32 +238,41 @@ void ObserveCall::Took(const v1::ObserveRequest& request, absl::Status status) {
 
 void ObserveCall::Open(std::shared_ptr<const v1::ObserveRequest> request) {
   const v1::ObserveOpening& opening = request->opening();
+  if (absl::Status status = context_.EnterMap(opening.map()); !status.ok()) {
+    return Took(*request, std::move(status));
+  }
+  if (absl::Status status = CheckRobot(opening.robot()); !status.ok()) {
+    return Took(*request, std::move(status));
+  }
   absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(*facilities_, opening.map());
   if (!session.ok()) return Took(*request, session.status());
-  absl::StatusOr<std::string> author = log_.author();
+  absl::StatusOr<std::string> author = context_.author();
   if (!author.ok()) return Took(*request, author.status());
-  log_.set_map(opening.map());
   session_ = *std::move(session);
   layer_ = opening.layer();
   author_ = *std::move(author);
   FusionSubmission start{
       StartFusion{layer_, {opening.strategy(), opening.parameters(), opening.exploration_layer()}},
       author_, ""};
-  start.cancellation = std::make_shared<Cancellation>([this] { return CheckWanted(*context_); });
-  start.host = ticket_.host();
+  start.cancellation = context_.MakeCancellation();
+  start.host = ticket_.client();
   session_->Run(std::move(start), [this, request = std::move(request)](
                                       const absl::StatusOr<storage::Receipt>& receipt) {
     if (!receipt.ok()) return Took(*request, receipt.status());
     // It waits for the writer, which must occupy neither a thread for short tasks nor more than one
     // of the others.
-    facilities_->workers->openings.Run(log_.client(), request->opening().map(), [this, request] {
+    facilities_->workers->openings.Run(context_.peer(), request->opening().map(), [this, request] {
       Took(*request, TellOpened(request->opening().robot()));
     });
   });
 }
 
+absl::Status ObserveCall::CheckRobot(const std::string& robot) const {
+  return robot.empty() ? absl::OkStatus() : context_.caller().CheckRobot(robot);
+}
+
 absl::Status ObserveCall::TellOpened(const std::string& robot) {
-  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  Cancellation cancellation([this] { return context_.CheckWanted(); });
   const ScopedCancellation here(&cancellation);
   v1::ObserveOpened message;
   int64_t bytes = 0;
@@ -309,10 +315,10 @@ absl::StatusOr<OpenedLayer> ObserveCall::ReadOpened(const std::string& robot, Me
 absl::Status ObserveCall::Submit(const v1::ObserveRequest& request) {
   std::vector<ObservationVerdict> invalid;
   ObservationSubmission submission{layer_, {}, author_};
-  submission.cancellation =
-      std::make_shared<Cancellation>([this] { return CheckWanted(*context_); });
-  submission.host = ticket_.host();
+  submission.cancellation = context_.MakeCancellation();
+  submission.host = ticket_.client();
   for (const v1::Observation& message : request.observations()) {
+    HYPERMAP_RETURN_IF_ERROR(CheckRobot(message.robot()));
     absl::StatusOr<Observation> observation =
         wire::DecodeObservation("", message, facilities_->limits);
     // A check that was given up says nothing of the observation.
@@ -337,9 +343,11 @@ void ObserveCall::Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& 
   {
     MutexLock lock(&mutex_);
     for (const ObservationVerdict& verdict : *verdicts) {
+      session_->meters().AddObservation(verdict.outcome);
       wire::EncodeVerdict(verdict, next_.add_acknowledgements());
     }
     for (ObservationVerdict& verdict : invalid) {
+      session_->meters().AddObservation(verdict.outcome);
       verdict.revision = session_->snapshot()->revision;
       wire::EncodeVerdict(verdict, next_.add_acknowledgements());
     }

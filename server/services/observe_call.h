@@ -20,9 +20,9 @@
 #include "base/sync/mutex.h"
 #include "hypermap/v1/ingest_service.pb.h"
 #include "map/observations/observe_answers.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
-#include "server/rpc/request_log.h"
 #include "server/session/map_session.h"
 
 namespace hypermap::server {
@@ -69,6 +69,8 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   // Reads the answer to the opening on the map's writer, which takes its memory from the meter.
   absl::StatusOr<OpenedLayer> ReadOpened(const std::string& robot, MemoryMeter* meter);
   absl::Status Submit(const v1::ObserveRequest& request);
+  // OK also for no name, which is an error of its own where one is needed.
+  absl::Status CheckRobot(const std::string& robot) const;
 
   // These run on the writer's thread or a worker. `bytes` are charged for the acknowledgements.
   void Answer(const absl::StatusOr<std::vector<ObservationVerdict>>& verdicts,
@@ -92,10 +94,9 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   // Starts a read and a write if possible. Returns whether the call must be finished.
   bool GoOn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  const grpc::CallbackServerContext* const context_;
   const Facilities* const facilities_;
-  CallTicket ticket_;
-  RequestLog log_;
+  CallContext context_;
+  CallTicket& ticket_;  // of context_
 
   // Set by the first request, before others are read.
   std::shared_ptr<MapSession> session_;

@@ -10,7 +10,6 @@
 #include "server/rpc/asked_revision.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/short_turn.h"
-#include "server/rpc/wanted.h"
 #include "wire/answer.h"
 #include "wire/scope.h"
 
@@ -60,14 +59,13 @@ void OpenPointsCalls::Stop() {
 
 PointsCall::PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities,
                        OpenPointsCalls* calls)
-    : context_(context),
-      facilities_(facilities),
+    : facilities_(facilities),
       calls_(calls),
-      ticket_(facilities->budgets, context),
-      log_(*context, "QueryPoints", "") {
+      context_(facilities->door(), context, Rpc::kQueryPoints),
+      ticket_(context_.ticket()) {
   StartRead(&read_);
-  if (!ticket_.admitted().ok()) {
-    End(ticket_.admitted());
+  if (!context_.admitted().ok()) {
+    End(context_.admitted());
   } else if (!calls->Add(this)) {
     End(Stopping());
   }
@@ -87,7 +85,7 @@ void PointsCall::OnReadDone(bool ok) {
 
 void PointsCall::OnWriteDone(bool ok) {
   if (ok) return Go(EndBatch(absl::OkStatus()));
-  absl::Status status = CheckWanted(*context_);
+  absl::Status status = context_.CheckWanted();
   if (status.ok()) {
     status = absl::ResourceExhaustedError(absl::StrCat(
         "the answer to ", points_.size(), " points is larger than --max_message_bytes"));
@@ -97,7 +95,7 @@ void PointsCall::OnWriteDone(bool ok) {
 
 void PointsCall::OnCancel() {
   const CancelScope in_cancel(this);
-  const absl::Status status = CheckWanted(*context_);
+  const absl::Status status = context_.CheckWanted();
   wait_.Stop();
   End(status.ok() ? absl::CancelledError("the caller went away") : status);
 }
@@ -146,9 +144,8 @@ void PointsCall::Go(Step step) {
     MutexLock lock(&mutex_);
     status = status_;
   }
-  log_.Finished(status, num_answered_);
   // gRPC may call OnDone, which deletes this, at any time from here on.
-  Finish(ticket_.Encode(status));
+  Finish(context_.End(status, num_answered_));
 }
 
 PointsCall::Step PointsCall::EndBatch(const absl::Status& status) {
@@ -183,7 +180,7 @@ std::optional<absl::Status> PointsCall::TakeBatch() {
   HYPERMAP_RETURN_IF_ERROR(Charge(cost));
   WorkerPool& long_questions = facilities_->workers->long_questions;
   if (!is_counted || cost > kMaxInlineCost) {
-    long_questions.Run(log_.client(), [this, bytes] { TakeOnWorker(bytes); });
+    long_questions.Run(context_.peer(), [this, bytes] { TakeOnWorker(bytes); });
     return std::nullopt;
   }
   HYPERMAP_RETURN_IF_ERROR(UnlessMemoryFails([&] { return Parse(bytes); }));
@@ -194,7 +191,7 @@ std::optional<absl::Status> PointsCall::TakeBatch() {
 }
 
 void PointsCall::TakeOnWorker(const grpc::ByteBuffer& bytes) {
-  absl::Status status = CheckWanted(*context_);
+  absl::Status status = context_.CheckWanted();
   if (status.ok()) status = Charge(CallTicket::CostOfRequest(batch_, bytes));
   if (status.ok()) status = UnlessMemoryFails([&] { return Parse(bytes); });
   if (!status.ok()) return Go(EndBatch(status));
@@ -231,11 +228,11 @@ std::optional<absl::Status> PointsCall::AnswerAtOnce() {
 }
 
 void PointsCall::AnswerOn(WorkerPool* workers) {
-  workers->Run(log_.client(), [this] { AnswerHere(); });
+  workers->Run(context_.peer(), [this] { AnswerHere(); });
 }
 
 void PointsCall::AnswerHere() {
-  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  Cancellation cancellation([this] { return context_.CheckWanted(); });
   absl::Status status;
   {
     const ScopedCancellation here(&cancellation);
@@ -286,7 +283,7 @@ absl::Status PointsCall::Open() {
   }
   map_.set_map(opening.scope().map());
   map_.set_incarnation(opening.scope().incarnation());
-  log_.set_map(map_.map());
+  HYPERMAP_RETURN_IF_ERROR(context_.EnterMap(map_.map()));
   HYPERMAP_ASSIGN_OR_RETURN(scope_, wire::DecodeScope(opening.scope(), facilities_->limits));
   tolerance_m_ = opening.tolerance_m();
   as_of_ = as_of;
@@ -295,7 +292,7 @@ absl::Status PointsCall::Open() {
 }
 
 absl::Status PointsCall::AskPoints() {
-  HYPERMAP_RETURN_IF_ERROR(CheckWanted(*context_));
+  HYPERMAP_RETURN_IF_ERROR(context_.CheckWanted());
   absl::Status decoded = wire::DecodePoints(batch_, facilities_->limits.max_points, &points_);
   if (!decoded.ok()) return decoded;
   meter_.GiveBack();

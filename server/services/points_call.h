@@ -20,9 +20,9 @@
 #include "hypermap/v1/query_service.pb.h"
 #include "map/query/as_of.h"
 #include "map/query/query.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
-#include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
 #include "server/rpc/worker_pool.h"
 #include "wire/points.h"
@@ -111,11 +111,10 @@ class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   // Makes asker_ one of the revision that this batch is answered from.
   absl::Status Pin();
 
-  const grpc::CallbackServerContext* const context_;
   const Facilities* const facilities_;
   OpenPointsCalls* const calls_;
-  CallTicket ticket_;
-  RequestLog log_;
+  CallContext context_;
+  CallTicket& ticket_;  // of context_
   RevisionWait wait_;
 
   grpc::ByteBuffer read_;  // target of the read under way

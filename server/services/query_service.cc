@@ -146,7 +146,7 @@ grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* 
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::QueryPointRequest, v1::QueryPointResponse>(
-      facilities_.budgets, context, "QueryPoint", {request, response});
+      facilities_.door(), context, Rpc::kQueryPoint, {request, response});
   const v1::QueryPointRequest& asked = call->request();
   const auto answer = &QueryService::AnswerPoint;
   if (!call->is_parsed() || AsksPast(asked) || !(asked.tolerance_m() <= kSmallTolerance_m)) {
@@ -190,7 +190,7 @@ absl::StatusOr<std::optional<int64_t>> QueryService::AnswerPoint(PointCall& call
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryAreaRequest, v1::QueryAreaResponse>(
-      facilities_.budgets, context, "QueryArea", *request, &facilities_.workers->questions,
+      facilities_.door(), context, Rpc::kQueryArea, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); },
       CheckQuestionSize(*request, facilities_.limits)));
@@ -215,7 +215,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryValueRequest, v1::QueryValueResponse>(
-      facilities_.budgets, context, "QueryValue", *request, &facilities_.workers->questions,
+      facilities_.door(), context, Rpc::kQueryValue, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); },
       CheckQuestionSize(*request, facilities_.limits)));
@@ -244,7 +244,7 @@ grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::QueryNearestRequest, v1::QueryNearestResponse>(
-      facilities_.budgets, context, "QueryNearest", {request, response});
+      facilities_.door(), context, Rpc::kQueryNearest, {request, response});
   const auto answer = &QueryService::AnswerNearest;
   const v1::QueryNearestRequest& asked = call->request();
   if (!call->is_parsed() || AsksPast(asked) || asked.k() > kFewNeighbours ||

@@ -16,7 +16,9 @@ using ::testing::IsEmpty;
 
 class UploadedFilesTest : public ::testing::Test {
  protected:
-  UploadedFilesTest() : facilities_{nullptr, {}, nullptr, folder_.path(), &budgets_} {
+  UploadedFilesTest()
+      : facilities_{nullptr,           {}, nullptr, folder_.path(), &budgets_, /*access=*/nullptr,
+                    /*meters=*/nullptr} {
     facilities_.limits.max_import_bytes = 60;
   }
 

@@ -1,10 +1,9 @@
 #include "server/session/compaction.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <utility>
 
+#include "base/logging/log.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::server {
@@ -62,7 +61,8 @@ void Compaction::Step(Revision newest) {
   const absl::Duration now = time_->Passed();
   const absl::StatusOr<bool> more = StepOfPass(newest);
   if (!more.ok()) {
-    spdlog::warn("history can't be compacted map={} problem={}", map_, more.status().ToString());
+    logging::Log(logging::Level::kWarning, "history can't be compacted",
+                 {{"map", map_}, {"problem", more.status().ToString()}});
   }
   under_way_ = more.ok() && *more;
   if (!under_way_) next_pass_ = now + kBetweenPasses;

@@ -1,7 +1,5 @@
 #include "server/session/map_session.h"
 
-#include <spdlog/spdlog.h>
-
 #include <algorithm>
 #include <future>
 #include <memory>
@@ -12,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/admission/refusals.h"
 #include "base/cancellation/cancellation.h"
+#include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
@@ -90,7 +89,8 @@ SessionOptions WithClockOfFusion(SessionOptions options) {
 absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
     std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options) {
   for (const std::string& note : stored->opening_notes()) {
-    spdlog::warn("map was not found as it was left map={} note={}", stored->header().name, note);
+    logging::Log(logging::Level::kWarning, "map was not found as it was left",
+                 {{"map", stored->header().name}, {"note", note}});
   }
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, stored->Load());
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::TimeMark> marks, stored->TimeMarks());
@@ -381,8 +381,8 @@ void MapSession::KeepMark(const std::optional<storage::TimeMark>& mark) {
   time_.MarkIsLost();
   // While the disk is full, each commit tries again.
   if (std::exchange(mark_failed_, true)) return;
-  spdlog::warn("the time of a map can't be stored map={} problem={}", header_.name,
-               status.ToString());
+  logging::Log(logging::Level::kWarning, "the time of a map can't be stored",
+               {{"map", header_.name}, {"problem", status.ToString()}});
 }
 
 void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
@@ -405,7 +405,10 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
 
 void MapSession::Finish(GroupCommit& group) {
   // The answers of the submissions contain the error.
-  if (!group.Write().ok()) CheckFiles();
+  if (!group.Write().ok()) {
+    meters_.AddFailedGroup();
+    CheckFiles();
+  }
   {
     MutexLock lock(&snapshot_mutex_);
     snapshot_ = group.snapshot();
@@ -413,13 +416,24 @@ void MapSession::Finish(GroupCommit& group) {
   group.CountContent();
   evidence_.Add(fusion_->bytes() - evidence_.bytes());
   std::vector<FeedCommit> commits = group.TakeCommits();
-  for (const FeedCommit& commit : commits) expiry_.Update(*commit.changes);
+  int64_t changes = 0;
+  for (const FeedCommit& commit : commits) {
+    expiry_.Update(*commit.changes);
+    changes += static_cast<int64_t>(commit.changes->size());
+  }
+  // Before the answers, so that nobody knows of a commit that is not counted.
+  meters_.AddGroup(static_cast<int64_t>(commits.size()), changes);
   // Before the answers, so that a caller that has its answer finds the revision in the feed.
   feed_.Append(std::move(commits));
   std::move(group).Answer();
   // After the snapshot, so that a call that waited for a revision finds it published; and after the
   // answers, because many calls may wait.
   feed_.Wake();
+}
+
+MapSession::QueueSize MapSession::queue_size() const {
+  const MutexLock lock(&queue_mutex_);
+  return {static_cast<int64_t>(queue_.submissions.size()), queue_.bytes};
 }
 
 absl::Duration MapSession::UntilExpiry() const {
@@ -436,7 +450,8 @@ void MapSession::CheckFiles() {
   const absl::Status status = stored_->CheckFile();
   if (!absl::IsDataLoss(status)) return;
   is_broken_ = true;
-  spdlog::error("map is closed map={} problem={}", header_.name, status.ToString());
+  logging::Log(logging::Level::kError, "map is closed",
+               {{"map", header_.name}, {"problem", status.ToString()}});
   {
     MutexLock lock(&queue_mutex_);
     problem_ = status;
@@ -468,8 +483,8 @@ void MapSession::RemoveExpired() {
   const auto done = [&](const absl::StatusOr<storage::Receipt>& receipt) {
     if (receipt.ok()) return;
     // The objects stay until the next attempt.
-    spdlog::warn("objects can't be removed when their time has come map={} problem={}",
-                 header_.name, receipt.status().ToString());
+    logging::Log(logging::Level::kWarning, "objects can't be removed when their time has come",
+                 {{"map", header_.name}, {"problem", receipt.status().ToString()}});
     expire_not_before_ = time_.Passed() + kExpiryRetry;
   };
   std::vector<QueuedSubmission> submissions;

@@ -39,6 +39,7 @@
 #include "server/session/group_commit.h"
 #include "server/session/history_pool.h"
 #include "server/session/map_time.h"
+#include "server/session/session_meters.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -126,6 +127,15 @@ class MapSession {
   // The clocks of the robots that sent observations since the map was opened, the one that sent
   // last first. Waits for the writer. Errors as Submit.
   absl::StatusOr<std::vector<RobotClocks::Robot>> ReadRobotClocks();
+
+  SessionMeters& meters() { return meters_; }
+  const SessionMeters& meters() const { return meters_; }
+  // Submissions that wait for the writer, and their bytes.
+  struct QueueSize {
+    int64_t submissions = 0;
+    int64_t bytes = 0;
+  };
+  QueueSize queue_size() const;
 
   const SessionOptions& options() const { return options_; }
   const MapTime& time() const { return time_; }
@@ -219,6 +229,7 @@ class MapSession {
   int groups_since_compaction_ = 0;
   bool is_broken_ = false;  // used by the writer's thread only: whether problem_ is set
 
+  SessionMeters meters_;
   HistoryPool history_;
   Compaction compaction_;  // used by the writer's thread only
 

@@ -232,7 +232,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::StartNew(const NewMap& map, bo
 }
 
 absl::Status Site::RemoveIncomplete(const std::string& map, const absl::Status& status) {
-  const absl::Status removed = store_->Delete(map, /*request_id=*/"");
+  const absl::Status removed = store_->Discard(map);
   if (removed.ok()) return status;
   return absl::Status(status.ok() ? removed.code() : status.code(),
                       absl::StrCat(status.message(), status.ok() ? "" : "; and ",

@@ -69,12 +69,15 @@ class Site {
   // ends before `fill` has made a revision, the map is removed again.
   absl::StatusOr<std::shared_ptr<MapSession>> CreateFilled(const NewMap& map, Fill fill);
 
-  // Removes a map for good, also one that is not open, and opens another one in its place if there
-  // was no room for all. FAILED_PRECONDITION if the request has deleted an earlier map of that
-  // name; errors as MapStore::Delete; ABORTED as Create, and if the map is another incarnation than
-  // the given one; 0 is any.
+  // Removes a map (for good, or into the store's trash), also one that is not open, and opens
+  // another one in its place if there was no room for all. FAILED_PRECONDITION if the request has
+  // deleted an earlier map of that name; errors as MapStore::Delete; ABORTED as Create, and if the
+  // map is another incarnation than the given one; 0 is any.
   absl::Status Delete(const std::string& map, const std::string& request_id,
                       uint64_t incarnation = 0);
+
+  // As MapStore::RemoveOldTrash, by the server's clock.
+  absl::Status RemoveOldTrash() { return store_->RemoveOldTrash(clock().Now()); }
 
   // Closes all sessions, several at a time. No other method may be called afterwards.
   void Close();

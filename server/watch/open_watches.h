@@ -23,10 +23,14 @@ class OpenWatches {
   void Remove(WatchCall* call);
   // Cancels the calls with a write under way, whose readers may never take it.
   void CancelWrites();
+  // Wakes the calls that are not wanted any more, so that they end with the reason. One that has
+  // not ended when this is called again, because its reader takes nothing, is cancelled.
+  void EndUnwanted();
 
  private:
   Mutex mutex_;
   std::set<WatchCall*> calls_ ABSL_GUARDED_BY(mutex_);
+  std::set<WatchCall*> ending_ ABSL_GUARDED_BY(mutex_);  // woken by EndUnwanted
 };
 
 }  // namespace hypermap::server

@@ -2,28 +2,26 @@
 
 #include <utility>
 
-#include "base/admission/client_host.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "base/sync/steady_time.h"
-#include "server/rpc/wanted.h"
 
 namespace hypermap::server {
 
 WatchCall::Shared::Shared(const WatchTuning& tuning_values, const Facilities& facilities)
     : tuning(tuning_values),
+      door(facilities.door()),
       workers(&facilities.workers->watches),
       budgets(facilities.budgets),
       tick_queues{TickQueue::Make(tuning.calm_tick, tuning.turn, &timers, workers),
                   TickQueue::Make(tuning.busy_tick, tuning.turn, &timers, workers)} {}
 
-WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc,
-                     ChargeRequest charge_request, OpenSource open_source, Shared* shared)
-    : context_(context),
+WatchCall::WatchCall(grpc::CallbackServerContext* context, Rpc rpc, ChargeRequest charge_request,
+                     OpenSource open_source, Shared* shared)
+    : grpc_context_(context),
       shared_(shared),
-      ticket_(shared->budgets, context),
-      place_(&shared->budgets->watchers, admission::HostOfPeer(context->peer())),
-      log_(*context, rpc, /*map=*/""),
+      context_(shared->door, context, rpc),
+      place_(&shared->budgets->watchers, context_.ticket().client()),
       admitted_(Admit(charge_request)),
       wake_handle_(
           std::make_shared<WakeHandle>([this] { RunOnWorker(); }, [this] { TakeShortTurn(); })),
@@ -32,10 +30,10 @@ WatchCall::WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc
 }
 
 absl::Status WatchCall::Admit(ChargeRequest charge_request) {
-  HYPERMAP_RETURN_IF_ERROR(ticket_.admitted());
+  HYPERMAP_RETURN_IF_ERROR(context_.admitted());
   HYPERMAP_RETURN_IF_ERROR(place_.Add(1));
   shared_->open_watches.Add(this);
-  return charge_request(ticket_);
+  return charge_request(context_.ticket());
 }
 
 void WatchCall::OnWriteDone(bool ok) {
@@ -65,11 +63,11 @@ void WatchCall::CancelWrite() {
   // While the lock is held and writing_ is set, OnWriteDone can't go on, so that the context is
   // valid.
   MutexLock lock(&write_mutex_);
-  if (writing_) context_->TryCancel();
+  if (writing_) grpc_context_->TryCancel();
 }
 
 void WatchCall::RunOnWorker() {
-  shared_->workers->Run(log_.client(), [this] { TakeTurn(); });
+  shared_->workers->Run(context_.peer(), [this] { TakeTurn(); });
 }
 
 void WatchCall::TakeTurn() {
@@ -90,7 +88,7 @@ void WatchCall::TakeTurn() {
 void WatchCall::TakeShortTurn() {
   wake_handle_->BeginTurn();
   grpc::Slice message;
-  if (CheckWanted(*context_).ok() && source_->TakeShared(SteadyTime::Now(), &message)) {
+  if (context_.CheckWanted().ok() && source_->TakeShared(SteadyTime::Now(), &message)) {
     Write(message);
   } else {
     RunOnWorker();
@@ -107,7 +105,7 @@ void WatchCall::Write(const grpc::Slice& message) {
 }
 
 absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(SteadyTime now, grpc::Slice* message) {
-  Cancellation cancellation([this] { return CheckWanted(*context_); });
+  Cancellation cancellation([this] { return context_.CheckWanted(); });
   const ScopedCancellation here(&cancellation);
   const ScopedMeter metered(&meter_);
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
@@ -121,12 +119,12 @@ absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(SteadyTime now, grpc::Slic
   if (!admitted_.ok()) return admitted_;
   if (open_source_) {
     OpenSource open_source = std::exchange(open_source_, nullptr);
-    HYPERMAP_ASSIGN_OR_RETURN(source_, std::move(open_source)(ticket_, log_));
+    HYPERMAP_ASSIGN_OR_RETURN(source_, std::move(open_source)(context_));
     // From now on the call holds its filter instead of the request.
     meter_.GiveBack();
-    ticket_.FreeMemory(ticket_.memory());
+    context_.ticket().FreeMemory(context_.ticket().memory());
     if (source_->memory() > CallTicket::kFreeBytes) {
-      HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeMemory(source_->memory()));
+      HYPERMAP_RETURN_IF_ERROR(context_.ticket().ChargeMemory(source_->memory()));
     }
   }
   if (!source_->holds_commits()) meter_.GiveBack();
@@ -155,8 +153,7 @@ void WatchCall::ForgetWait() {
 }
 
 void WatchCall::End(const absl::Status& status) {
-  log_.Finished(status, source_ ? source_->items() : 0);
-  Finish(ticket_.Encode(status));
+  Finish(context_.End(status, source_ ? source_->items() : 0));
 }
 
 }  // namespace hypermap::server

@@ -23,9 +23,9 @@
 #include "base/sync/mutex.h"
 #include "base/sync/steady_time.h"
 #include "server/rpc/budgets.h"
+#include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
-#include "server/rpc/request_log.h"
 #include "server/rpc/timer_queue.h"
 #include "server/rpc/worker_pool.h"
 #include "server/watch/open_watches.h"
@@ -54,6 +54,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     Shared(const WatchTuning& tuning_values, const Facilities& facilities);
 
     const WatchTuning tuning;
+    const Door door;
     WorkerPool* const workers;
     Budgets* const budgets;
     OpenWatches open_watches;
@@ -63,15 +64,15 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
 
   // Charges the call's ticket for the arrival of the request.
   using ChargeRequest = absl::FunctionRef<absl::Status(CallTicket&)>;
-  // Charges the rest, parses the request, tells the log its map, and opens the source.
+  // Charges the rest, parses the request, enters its map, and opens the source.
   using OpenSource =
-      absl::AnyInvocable<absl::StatusOr<std::unique_ptr<WatchSource>>(CallTicket&, RequestLog&) &&>;
+      absl::AnyInvocable<absl::StatusOr<std::unique_ptr<WatchSource>>(CallContext&) &&>;
 
   // `charge_request` is called by the constructor if there is room for another call, and
   // `open_source` later, once, on a worker; it frees what the request holds. The error of either
-  // ends the rpc. `rpc` and `shared` must outlive this; the context lives until OnDone.
-  WatchCall(grpc::CallbackServerContext* context, absl::string_view rpc,
-            ChargeRequest charge_request, OpenSource open_source, Shared* shared);
+  // ends the rpc. `shared` must outlive this; the context lives until OnDone.
+  WatchCall(grpc::CallbackServerContext* context, Rpc rpc, ChargeRequest charge_request,
+            OpenSource open_source, Shared* shared);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override {
@@ -83,6 +84,10 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // Cancels the rpc if a write is under way: the client gets CANCELLED and no revision to resume
   // from.
   void CancelWrite();
+  // Whether the call must go on, as far as its caller is concerned.
+  bool IsWanted() const { return context_.CheckWanted().ok(); }
+  // Ends the wait of the call, if it waits.
+  void Wake() { wake_handle_->Wake(); }
 
  private:
   absl::Status Admit(ChargeRequest charge_request);
@@ -103,18 +108,17 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   void ForgetWait();
   void End(const absl::Status& status);
 
-  const grpc::CallbackServerContext* const context_;
+  const grpc::CallbackServerContext* const grpc_context_;
   Shared* const shared_;
-  CallTicket ticket_;
+  CallContext context_;
   admission::Budget::Charge place_;  // among budgets->watchers
-  RequestLog log_;
-  const absl::Status admitted_;  // by the ticket and budgets->watchers
+  const absl::Status admitted_;      // by context_ and budgets->watchers
   const std::shared_ptr<WakeHandle> wake_handle_;
 
   // Used by the owner of the call only.
-  OpenSource open_source_;               // null once it was called
-  MemoryMeter meter_{&ticket_};          // of the past commits that source_ holds
-  std::unique_ptr<WatchSource> source_;  // null until the first turn
+  OpenSource open_source_;                 // null once it was called
+  MemoryMeter meter_{&context_.ticket()};  // of the past commits that source_ holds
+  std::unique_ptr<WatchSource> source_;    // null until the first turn
   grpc::ByteBuffer message_;
   std::optional<ChangeFeed::WaitId> feed_wait_;
   std::optional<TimerQueue::Id> timer_;

@@ -23,7 +23,7 @@ constexpr int kDefaultPageSize = 1000;
 }  // namespace
 
 template <typename Request>
-WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, absl::string_view rpc,
+WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, Rpc rpc,
                                     const grpc::ByteBuffer& bytes) {
   const auto charge_request = [&](CallTicket& ticket) -> absl::Status {
     ticket.Received(bytes);
@@ -31,13 +31,12 @@ WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, absl::
     return ticket.ChargeArrival(Request::default_instance(), bytes);
   };
   // gRPC keeps the bytes until OnDone.
-  const auto open_source = [this, &bytes](
-                               CallTicket& ticket,
-                               RequestLog& log) -> absl::StatusOr<std::unique_ptr<WatchSource>> {
+  const auto open_source =
+      [this, &bytes](CallContext& call) -> absl::StatusOr<std::unique_ptr<WatchSource>> {
     Request request;
-    HYPERMAP_RETURN_IF_ERROR(ticket.ChargeRest(request, bytes));
+    HYPERMAP_RETURN_IF_ERROR(call.ticket().ChargeRest(request, bytes));
     HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes, &request));
-    log.set_map(MapOf(request));
+    HYPERMAP_RETURN_IF_ERROR(call.EnterMap(MapOf(request)));
     return WatchSource::Open(facilities_, shared_.tuning, &groups_, request);
   };
   return new WatchCall(context, rpc, charge_request, open_source, &shared_);
@@ -45,22 +44,24 @@ WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, absl::
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Watch(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  return BeginWatch<v1::WatchRequest>(context, "Watch", *request);
+  return BeginWatch<v1::WatchRequest>(context, Rpc::kWatch, *request);
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Replicate(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
-  return BeginWatch<v1::ReplicateRequest>(context, "Replicate", *request);
+  return BeginWatch<v1::ReplicateRequest>(context, Rpc::kReplicate, *request);
 }
 
 void WatchService::EndAfter(absl::Duration grace) {
   shared_.timers.RunAfter(grace, [this] { shared_.open_watches.CancelWrites(); });
 }
 
+void WatchService::EndUnwanted() { shared_.open_watches.EndUnwanted(); }
+
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   auto* const answer = new StreamedAnswer<v1::ListChangesRequest, v1::ListChangesResponse>(
-      facilities_.budgets, context, "ListChanges", *request, &facilities_.workers->questions,
+      facilities_.door(), context, Rpc::kListChanges, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::ListChangesRequest& asked) { return OpenDifference(facilities_, asked); },
       CheckQuestionSize(*request, facilities_.limits));
@@ -72,7 +73,7 @@ grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ListRevisionsRequest, v1::ListRevisionsResponse>(
-      facilities_.budgets, context, "ListRevisions", {request, response});
+      facilities_.door(), context, Rpc::kListRevisions, {request, response});
   return AnswerOn(&facilities_.workers->questions, call, [this, call] {
     return AnswerRevisions(*call, call->request(), call->response());
   });

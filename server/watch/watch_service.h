@@ -41,11 +41,13 @@ class WatchService : public v1::WatchService::WithRawCallbackMethod_Watch<
   // Cancels, when `grace` has passed, the watches whose write is still under way because the reader
   // takes nothing. The others end by themselves when the feeds of their maps are closed.
   void EndAfter(absl::Duration grace);
+  // Ends the watches whose callers are not known any more. To be called every second.
+  void EndUnwanted();
 
  private:
-  // Begins a Watch or Replicate rpc, which owns itself. `rpc` is its name for the log.
+  // Begins a Watch or Replicate rpc, which owns itself.
   template <typename Request>
-  WatchCall* BeginWatch(grpc::CallbackServerContext* context, absl::string_view rpc,
+  WatchCall* BeginWatch(grpc::CallbackServerContext* context, Rpc rpc,
                         const grpc::ByteBuffer& bytes);
   // Returns the number of revisions in the response.
   absl::StatusOr<int64_t> AnswerRevisions(UnaryCall& call, const v1::ListRevisionsRequest& request,

@@ -189,7 +189,9 @@ bool WatchSource::TakeShared(SteadyTime now, grpc::Slice* message) {
   // Too far behind is an error, which Next reports.
   if (behind == 0 || behind > max_lag_) return false;
   const auto run = group_->Take(taken_, structure_, follower_, form_);
-  return run && TellRun(now, *run, message) == Step::kMessage;
+  if (!run) return false;
+  session_->meters().AddWatchLag(behind);
+  return TellRun(now, *run, message) == Step::kMessage;
 }
 
 absl::Status WatchSource::BeginSelection(SnapshotPtr snapshot, bool reset) {
@@ -319,6 +321,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::TakeCommits(SteadyTime now, grpc:
       if (ProgressDue() <= now) return TellProgress(now, message);
       return Step::kNothingNew;
     }
+    session_->meters().AddWatchLag(newest - taken_);
     if (const auto run = group_->Take(taken_, structure_, follower_, form_)) {
       return TellRun(now, *run, message);
     }

@@ -49,6 +49,8 @@ bool DiskReserve::Keep() {
   return size_ >= bytes_;
 }
 
+bool DiskReserve::HasRoom() { return Keep() && AvailableBytes() >= bytes_ / 8; }
+
 bool DiskReserve::Resize(int64_t bytes) {
   const int file = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW, 0644);
   if (file < 0) return false;

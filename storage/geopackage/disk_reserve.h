@@ -32,6 +32,9 @@ class DiskReserve {
   // whether it is whole. Cheap if it is.
   bool Keep();
 
+  // Whether the reserve is whole, made so if possible, and there is room for others beside it.
+  bool HasRoom();
+
   // Runs the operation. If that fails because the disk is full, gives the reserve back and runs it
   // once more. The operation must change nothing when it fails.
   absl::Status Use(Purpose purpose, absl::FunctionRef<absl::Status()> operation);

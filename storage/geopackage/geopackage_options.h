@@ -20,6 +20,9 @@ struct GeoPackageOptions {
   // Space on the disk that is kept free for deletions and the removal of history when the disk is
   // full, see DiskReserve; 0: none.
   int64_t reserve_bytes = 0;
+  // How long deleted maps stay in DATA_DIR/trash, unless the disk gets full; 0: they are removed at
+  // once.
+  absl::Duration trash_age = absl::ZeroDuration();
   // Memory for what the readers of past revisions keep of the files that they have read. Never
   // null.
   CacheRoomPtr cache_room = std::make_shared<CacheRoom>(int64_t{256} << 20);

@@ -15,6 +15,7 @@
 #include "storage/geopackage/disk_reserve.h"
 #include "storage/geopackage/geopackage_map.h"
 #include "storage/geopackage/map_file.h"
+#include "storage/geopackage/trash.h"
 #include "storage/incarnation.h"
 #include "storage/sqlite/durable_file.h"
 #include "storage/sqlite/file_lock.h"
@@ -45,7 +46,8 @@ class GeoPackageStore : public MapStore {
         lock_(std::move(lock)),
         reserve_(std::make_shared<DiskReserve>(absl::StrCat(data_dir_, "/reserve"),
                                                options.reserve_bytes)),
-        deletions_(std::move(deletions)) {}
+        deletions_(std::move(deletions)),
+        trash_(absl::StrCat(data_dir_, "/trash"), options.trash_age) {}
 
   // Completes the creations and deletions that a crash has interrupted.
   absl::Status Recover();
@@ -53,7 +55,13 @@ class GeoPackageStore : public MapStore {
   absl::StatusOr<std::vector<std::string>> List() override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) override;
-  absl::Status Delete(const std::string& name, const std::string& request_id) override;
+  absl::Status Delete(const std::string& name, const std::string& request_id) override {
+    return Remove(name, request_id, options_.trash_age > absl::ZeroDuration());
+  }
+  absl::Status Discard(const std::string& name) override {
+    return Remove(name, /*request_id=*/"", /*keep=*/false);
+  }
+  absl::Status RemoveOldTrash(absl::Time now) override;
   absl::StatusOr<std::optional<std::string>> FindDeletion(const std::string& request_id) override;
 
  private:
@@ -75,8 +83,15 @@ class GeoPackageStore : public MapStore {
   // FAILED_PRECONDITION if the map's file is another name of the file of a map that is open, or a
   // symbolic link: SQLite puts the log beside the link's target.
   absl::Status CheckSingle(const std::string& name) const;
-  absl::Status CarryOut(int64_t deletion, const std::string& name)
+  // Deletes a map. `keep`: it goes to the trash.
+  absl::Status Remove(const std::string& name, const std::string& request_id, bool keep);
+  absl::Status CarryOut(int64_t deletion, const std::string& name, bool keep)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Removes the files of a map, or moves them to the trash.
+  absl::Status RemoveFiles(int64_t deletion, const std::string& name, bool keep)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // Makes the reserve whole. Deleted maps give way to it, the oldest first.
+  void MakeRoom() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Completes deletions of a map whose file is gone, which an error has interrupted. Otherwise the
   // next start would carry them out on a new map of that name. REQUIRES: there is no such map.
   absl::Status CompleteDeletions(const std::string& name) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -88,6 +103,7 @@ class GeoPackageStore : public MapStore {
   // Held while maps are added or removed and the deletions are used.
   Mutex mutex_;
   const std::unique_ptr<DeletionLog> deletions_ ABSL_PT_GUARDED_BY(mutex_);
+  Trash trash_ ABSL_GUARDED_BY(mutex_);
 };
 
 absl::Status GeoPackageStore::Recover() {
@@ -115,9 +131,9 @@ absl::Status GeoPackageStore::Recover() {
     if (!ValidateName("map", map).ok()) {
       return absl::DataLossError(absl::StrCat(data_dir_, "/catalog.sqlite names a map ", map));
     }
-    HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map));
+    HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map, trash_.keeps_maps()));
   }
-  reserve_->Keep();
+  MakeRoom();
   return absl::OkStatus();
 }
 
@@ -221,7 +237,19 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
   return absl::NotFoundError(absl::StrCat("the creation of map ", name, " was not completed"));
 }
 
-absl::Status GeoPackageStore::Delete(const std::string& name, const std::string& request_id) {
+absl::Status GeoPackageStore::RemoveOldTrash(absl::Time now) {
+  const MutexLock lock(&mutex_);
+  MakeRoom();
+  return trash_.RemoveOld(now);
+}
+
+void GeoPackageStore::MakeRoom() {
+  while (!reserve_->HasRoom() && trash_.RemoveOldest().ok()) {
+  }
+}
+
+absl::Status GeoPackageStore::Remove(const std::string& name, const std::string& request_id,
+                                     bool keep) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const MutexLock lock(&mutex_);
   const bool exists = PathExists(PathOf(name));
@@ -243,8 +271,8 @@ absl::Status GeoPackageStore::Delete(const std::string& name, const std::string&
     HYPERMAP_ASSIGN_OR_RETURN(deletion, deletions_->Begin(request_id, name));
     return absl::OkStatus();
   });
-  if (status.ok()) status = CarryOut(deletion, name);
-  reserve_->Keep();
+  if (status.ok()) status = CarryOut(deletion, name, keep);
+  MakeRoom();
   HYPERMAP_RETURN_IF_ERROR(status);
   return map_lock->RemoveFile();
 }
@@ -257,8 +285,17 @@ absl::Status GeoPackageStore::CheckGone(const std::string& name,
                    "\"; the present one was made since and is not deleted"));
 }
 
-absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name) {
-  if (absl::Status status = RemoveMapFile(PathOf(name)); !status.ok()) {
+absl::Status GeoPackageStore::RemoveFiles(int64_t deletion, const std::string& name, bool keep) {
+  if (!keep) return RemoveMapFile(PathOf(name));
+  // The folder of a deleted map takes a block.
+  return reserve_->Use(DiskReserve::Purpose::kDeletion, [&] {
+    mutex_.AssertHeld();
+    return trash_.Take(PathOf(name), name, deletion);
+  });
+}
+
+absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name, bool keep) {
+  if (absl::Status status = RemoveFiles(deletion, name, keep); !status.ok()) {
     // If the map still exists, the deletion is cancelled: the caller gets an error, and so the map
     // must not be deleted at a later start.
     if (PathExists(PathOf(name))) deletions_->Cancel(deletion).IgnoreError();
@@ -273,7 +310,7 @@ absl::Status GeoPackageStore::CarryOut(int64_t deletion, const std::string& name
 absl::Status GeoPackageStore::CompleteDeletions(const std::string& name) {
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<DeletionLog::Pending> pending, deletions_->FindPending());
   for (const auto& [deletion, map] : pending) {
-    if (map == name) HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map));
+    if (map == name) HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map, trash_.keeps_maps()));
   }
   return absl::OkStatus();
 }

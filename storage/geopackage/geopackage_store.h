@@ -10,6 +10,7 @@
 //   DATA_DIR/catalog.sqlite    which request deleted which map
 //   DATA_DIR/reserve           space for deletions on a full disk
 //   (GeoPackageOptions::reserve_bytes)
+//   DATA_DIR/trash/<map>.<n>/  a deleted map (trash.h, GeoPackageOptions::trash_age)
 //
 // Other files in the folder are ignored. A map that can't be opened does not affect the others.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_GEOPACKAGE_STORE_H_

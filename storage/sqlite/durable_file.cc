@@ -66,6 +66,13 @@ absl::Status PublishFile(const std::string& temporary, const std::string& path) 
   return absl::Status(status.code(), absl::StrCat(status.message(), "; and ", path, " stays"));
 }
 
+absl::Status MoveFile(const std::string& from, const std::string& to) {
+  if (rename(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
+  const int error = errno;
+  if (!PathExists(from)) return absl::OkStatus();
+  return FileError(error, absl::StrCat("cannot rename ", from, " to ", to));
+}
+
 absl::Status RemoveFile(const std::string& path) {
   if (unlink(path.c_str()) == 0 || errno == ENOENT) return absl::OkStatus();
   return FileError(errno, absl::StrCat("cannot remove ", path));

@@ -1,6 +1,6 @@
-// Operations on files and folders that are durable when they return, so that after a crash a file
-// is there completely or not at all. UNAVAILABLE if the disk fails; RESOURCE_EXHAUSTED if it is
-// full, or if the process may open no more files.
+// Operations on files and folders that are durable when they return, unless they say otherwise, so
+// that after a crash a file is there completely or not at all. UNAVAILABLE if the disk fails;
+// RESOURCE_EXHAUSTED if it is full, or if the process may open no more files.
 #ifndef HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
 #define HYPERMAP_STORAGE_SQLITE_DURABLE_FILE_H_
 
@@ -29,6 +29,10 @@ absl::Status SyncFolder(const std::string& path);
 // the final name, and no connection has the file open, because closing it here would drop that
 // connection's POSIX locks.
 absl::Status PublishFile(const std::string& temporary, const std::string& path);
+
+// Renames a file or folder within a file system, in place of a file of that name; OK when there is
+// none. Not durable before SyncFolder of both folders.
+absl::Status MoveFile(const std::string& from, const std::string& to);
 
 // OK when the file does not exist.
 absl::Status RemoveFile(const std::string& path);

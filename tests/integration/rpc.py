@@ -4,7 +4,7 @@ which it is too slow."""
 import grpc
 import shapely.geometry
 from google.protobuf import descriptor_pb2, json_format, message_factory
-from hypermap.v1 import (catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
+from hypermap.v1 import (access_service_pb2, catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
                          frame_service_pb2, ingest_service_pb2, query_service_pb2,
                          watch_service_pb2)
 
@@ -15,7 +15,7 @@ _KINDS = {(False, False): "unary_unary", (False, True): "unary_stream",
 
 
 def methods():
-    for module in (catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
+    for module in (access_service_pb2, catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
                    frame_service_pb2, ingest_service_pb2, query_service_pb2, watch_service_pb2):
         file = descriptor_pb2.FileDescriptorProto()
         module.DESCRIPTOR.CopyToProto(file)
@@ -33,13 +33,16 @@ class Client:
     client streams, one iterable of requests as in JSON); the answer is the message, or an iterator
     of messages. Errors are grpc.RpcError. `client.GetMap.begin(map="office")` does not wait for the
     answer, and returns the grpc.Call, which can be cancelled. A call may take `deadline_s`, or what
-    its argument `timeout` says.
+    its argument `timeout` says. `token` and `metadata` are sent with each call, and `credentials` are
+    those of a TLS channel.
     """
 
-    def __init__(self, address, deadline_s=DEADLINE_S):
+    def __init__(self, address, deadline_s=DEADLINE_S, token=None, credentials=None, metadata=()):
         self._deadline_s = deadline_s
-        self._channel = grpc.insecure_channel(address, options=[
-            ("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)])
+        self.metadata = [*metadata, *([("authorization", f"Bearer {token}")] if token else [])]
+        options = [("grpc.max_send_message_length", -1), ("grpc.max_receive_message_length", -1)]
+        self._channel = (grpc.secure_channel(address, credentials, options) if credentials
+                         else grpc.insecure_channel(address, options))
         messages = message_factory.MessageFactory()
         for service, kind, method in methods():
             setattr(self, method.name, self._function(
@@ -60,14 +63,15 @@ class Client:
                 sent = (json_format.ParseDict(r, request_type()) for r in requests[0])
             else:
                 sent = message(requests, fields)
-            return call(sent, timeout=timeout, wait_for_ready=False)
+            return call(sent, timeout=timeout, metadata=self.metadata, wait_for_ready=False)
 
         def begin(*requests, timeout=self._deadline_s, **fields):
             if kind.startswith("stream"):
                 sent = iter([json_format.ParseDict(r, request_type()) for r in requests[0]])
             else:
                 sent = message(requests, fields)
-            return (call if kind.endswith("stream") else call.future)(sent, timeout=timeout)
+            start = call if kind.endswith("stream") else call.future
+            return start(sent, timeout=timeout, metadata=self.metadata)
 
         invoke.begin = begin
         return invoke

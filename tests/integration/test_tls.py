@@ -7,28 +7,8 @@ import unittest
 
 import grpc
 
+from certificates import Certificates
 from processes import BIN, DEADLINE_S, SiteTest, cli, start_and_fail
-
-
-class Certificates:
-    """A root certificate and certificates that it signs, as NAME.pem and NAME.key in `folder`."""
-
-    def __init__(self, folder, root="root"):
-        self.folder = folder
-        self.root = root
-        self._make(root)
-
-    def _make(self, name, *more):
-        subprocess.run(
-            ["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
-             "-noenc", "-days", "1", "-subj", f"/CN={name}", "-keyout", f"{name}.key",
-             "-out", f"{name}.pem", *more],
-            cwd=self.folder, check=True, capture_output=True, timeout=DEADLINE_S)
-
-    def sign(self, name):
-        self._make(name, "-CA", f"{self.root}.pem", "-CAkey", f"{self.root}.key",
-                   "-addext", "subjectAltName=DNS:localhost,IP:127.0.0.1",
-                   "-addext", "basicConstraints=critical,CA:FALSE")
 
 
 class Tls(SiteTest):

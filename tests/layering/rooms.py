@@ -23,6 +23,8 @@ LIBRARIES = {
     "pcl/": "pcl",
     "cairo.h": "cairo",
     "spdlog/": "spdlog",
+    "prometheus/": "prometheus",
+    "civetweb.h": "civetweb",
     "grpc/": "grpc",
     "grpcpp/": "grpc",
     "google/protobuf/": "protobuf",
@@ -61,17 +63,24 @@ CYCLES_OF_TOP_FOLDERS = {("ingest/worker", "simulation/robots")}
 
 ROOMS = {
     "base/status": Room([], {"absl"}, outside_world=False),
+    "base/access": Room(
+        ["base/digest", "base/identity", "base/limits", "base/status", "base/text"],
+        {"absl"}, hidden={"yaml"},
+    ),
     "base/containers": Room([], {"absl"}, outside_world=False),
     # grpc: its server gets the connections that the room accepts.
     "base/admission": Room(["base/status", "base/sync"], {"absl", "grpc"}),
     "base/digest": Room([], {"absl"}, hidden={"openssl"}, outside_world=False),
     "base/cancellation": Room([], {"absl"}),
+    "base/identity": Room([], {"absl"}),
     "base/images": Room(["base/cancellation", "base/status"], {"absl"}, hidden={"png"}),
     "base/limits": Room([], {"absl"}, outside_world=False),
+    # The only room that uses spdlog.
+    "base/logging": Room([], {"absl"}, hidden={"json", "spdlog"}),
     "base/metering": Room(["base/status"], {"absl"}),
     "base/sync": Room([], {"absl"}),
     "base/text": Room([], {"absl"}, hidden={"utf8cpp"}, outside_world=False),
-    "base/time": Room(["base/sync"], {"absl"}, hidden={"spdlog"}),
+    "base/time": Room(["base/logging", "base/sync"], {"absl"}),
     "base/tls": Room(["base/status"], {"absl", "grpc"}, hidden={"openssl"}),
 
     "map/geometry": pure("base/cancellation", hidden={"geos"}),
@@ -109,7 +118,8 @@ ROOMS = {
 
     # grpc: the only mapping between absl::Status and grpc::Status.
     "wire": Room(
-        ["base/cancellation", "base/limits", "base/status", "base/sync", "map", "map/edits",
+        ["base/cancellation", "base/identity", "base/limits", "base/status", "base/sync", "map",
+         "map/edits",
          "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
          "map/observations", "map/query", "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
@@ -146,10 +156,10 @@ ROOMS = {
         {"absl"}, target="map_fusion",
     ),
     "server/session": Room(
-        ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
-         "base/sync", "base/time", "map", "map/edits", "map/layers", "map/objects", "map/observations",
-         "map/query", "map/watch", "server/fusion", "storage"],
-        {"absl", "spdlog"},
+        ["base/admission", "base/cancellation", "base/limits", "base/logging", "base/metering",
+         "base/status", "base/sync", "base/time", "map", "map/edits", "map/layers", "map/objects",
+         "map/observations", "map/query", "map/watch", "server/fusion", "storage"],
+        {"absl"},
     ),
     "server/exploration": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
@@ -157,28 +167,39 @@ ROOMS = {
          "map/grid", "map/layers", "server/session", "storage"],
         {"absl"}, target="map_exploration",
     ),
+    # grpc: identifies callers by their metadata and certificates.
+    "server/auth": Room(
+        ["base/access", "base/identity", "base/logging", "base/status", "base/sync", "base/time"],
+        {"absl", "grpc"},
+    ),
     "server/rpc": Room(
-        ["base/admission", "base/cancellation", "base/digest", "base/limits", "base/metering",
-         "base/status", "base/sync", "base/text", "map", "map/layers", "map/query", "proto",
-         "server/session", "wire"],
-        {"absl", "grpc", "protobuf", "spdlog"},
+        ["base/access", "base/admission", "base/cancellation", "base/digest", "base/limits",
+         "base/logging", "base/metering", "base/status", "base/sync", "base/text", "map",
+         "map/layers", "map/query", "proto", "server/auth", "server/session", "wire"],
+        {"absl", "grpc", "protobuf"},
+    ),
+    "server/metrics": Room(
+        ["base/access", "base/limits", "base/logging", "base/status", "map", "map/observations",
+         "server/auth", "server/rpc", "server/session"],
+        {"absl", "prometheus"}, hidden={"civetweb"},
     ),
     "server/watch": Room(
-        ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
+        ["base/cancellation", "base/limits", "base/metering", "base/status",
          "base/sync", "map/watch", "proto", "server/rpc", "server/session", "wire"],
         {"absl", "grpc", "protobuf"}, target="watch_service",
     ),
     "server/services": Room(
-        ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
-         "base/sync", "base/tls", "map", "map/layers", "map/observations", "map/query", "map/values", "proto",
-         "server/exploration", "server/fusion", "server/rpc", "server/session", "server/watch",
-         "storage/interchange", "wire", "wire/health", "wire/reflection"],
-        {"absl", "grpc", "spdlog"},
+        ["base/admission", "base/cancellation", "base/limits", "base/logging",
+         "base/metering", "base/status", "base/sync", "base/tls", "map", "map/layers",
+         "map/observations", "map/query", "map/values", "proto", "server/auth", "server/exploration",
+         "server/fusion", "server/rpc", "server/session", "server/watch", "storage/interchange",
+         "wire", "wire/health", "wire/reflection"],
+        {"absl", "grpc"},
     ),
     "server": Room(
-        ["base/admission", "base/limits", "base/status", "base/tls", "server/rpc",
-         "server/services", "server/session", "storage/geopackage"],
-        {"absl", "grpc", "spdlog"}, target=None,
+        ["base/admission", "base/limits", "base/logging", "base/status", "base/tls", "server/auth",
+         "server/metrics", "server/rpc", "server/services", "server/session", "storage/geopackage"],
+        {"absl", "grpc"}, hidden={"yaml"}, target=None,
     ),
 
     "ingest/perception": Room(
@@ -223,7 +244,8 @@ ROOMS = {
     ),
 
     "client_libs/cpp": Room(
-        ["base/status", "base/sync", "base/tls", "map", "map/edits", "map/exploration",
+        ["base/identity", "base/status", "base/sync", "base/tls", "map", "map/edits",
+         "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
          "map/query", "map/watch", "proto", "wire"],
         {"absl"}, hidden={"grpc"}, target="client",
@@ -243,12 +265,13 @@ ROOMS = {
     ),
     "client_libs/flags": Room(
         ["base/status", "client_libs/cpp"],
-        {"absl", "cli11"}, target="connection_flags",
+        {"absl", "cli11"}, hidden={"json"}, target="connection_flags",
     ),
     # yaml: finds the image that a nav2 map names, which is sent along. storage/interchange: reads
     # ground truth from files.
     "client_libs/cli": Room(
-        ["base/status", "client_libs/cpp", "client_libs/flags", "map", "map/edits",
+        ["base/access", "base/identity", "base/status", "client_libs/cpp", "client_libs/flags", "map",
+         "map/edits",
          "map/evaluation", "map/exploration", "map/frames", "map/geometry", "map/grid",
          "map/layers", "map/objects", "map/query", "map/values", "storage/interchange"],
         {"absl", "cli11", "json"}, hidden={"cairo", "yaml"},

@@ -101,6 +101,8 @@ void HealthService::SetServingStatus(const std::string& service, bool serving) {
   impl_->statuses.Set(service, serving);
 }
 
+void HealthService::Forget(const std::string& service) { impl_->statuses.Forget(service); }
+
 void HealthService::Stop() { impl_->statuses.Stop(); }
 
 }  // namespace hypermap::health

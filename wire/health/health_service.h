@@ -34,6 +34,8 @@ class HealthService {
 
   // Tells those who watch the service, if its status changes. Nothing is SERVING after Stop.
   void SetServingStatus(const std::string& service, bool serving);
+  // Makes a service unknown again that there is no more. Does nothing after Stop.
+  void Forget(const std::string& service);
 
   // Makes all services NOT_SERVING, and ends all watches with UNAVAILABLE after they have told it.
   // The watch of a client that does not read ends when it was cancelled. Later calls learn

@@ -446,6 +446,19 @@ TEST_F(Health, CancelledWatchesEnd) {
   EXPECT_THAT(tickets_.counts().ends, Each(::testing::ResultOf(absl::IsCancelled, true)));
 }
 
+TEST_F(Health, ForgottenServiceIsUnknown) {
+  TestServer server(tickets_.admit());
+  server.health().Forget(kQuery);
+  server.health().SetServingStatus(kQuery, true);
+  Watch watch(server, kQuery);
+  EXPECT_EQ(watch.Read(), kServing);
+  server.health().Forget(kQuery);
+  EXPECT_EQ(watch.Read(), kServiceUnknown);
+  EXPECT_EQ(CheckBytes(server, RequestFor(kQuery)).error_code(), grpc::StatusCode::NOT_FOUND);
+  server.health().SetServingStatus(kQuery, false);
+  EXPECT_EQ(watch.Read(), kNotServing);
+}
+
 TEST_F(Health, StopTellsNotServingAndEndsWatches) {
   TestServer server(tickets_.admit());
   server.health().SetServingStatus(kQuery, true);

@@ -30,6 +30,7 @@ absl::StatusOr<std::string> TakeServiceName(const reflection::Ticket& ticket,
     return absl::InvalidArgumentError(absl::StrCat("service has ", message.service().size(),
                                                    " bytes, more than ", kMaxNameBytes));
   }
+  HYPERMAP_RETURN_IF_ERROR(ticket.CheckName(message.service()));
   return std::move(*message.mutable_service());
 }
 

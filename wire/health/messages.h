@@ -22,8 +22,9 @@ inline constexpr size_t kMaxRequestBytes = size_t{4} << 10;
 inline constexpr size_t kMaxNameBytes = 200;
 
 // Returns the name of the service whose status is requested, and frees the request. Errors: the
-// ticket's if the call is not admitted; RESOURCE_EXHAUSTED if the request is too long;
-// INVALID_ARGUMENT if the name is, or if the bytes are not a HealthCheckRequest.
+// ticket's if the call is not admitted, or may not learn of the service; RESOURCE_EXHAUSTED if the
+// request is too long; INVALID_ARGUMENT if the name is, or if the bytes are not a
+// HealthCheckRequest.
 absl::StatusOr<std::string> TakeServiceName(const reflection::Ticket& ticket,
                                             grpc::ByteBuffer* request);
 

@@ -29,6 +29,19 @@ void Statuses::Set(const std::string& name, bool serving) {
   for (const auto& call : calls) call->Update();
 }
 
+void Statuses::Forget(const std::string& name) {
+  std::vector<std::shared_ptr<WatchCall>> calls;
+  {
+    MutexLock lock(&mutex_);
+    const auto found = services_.find(name);
+    if (found == services_.end() || stopping_) return;
+    found->second.status = HealthCheckResponse::SERVICE_UNKNOWN;
+    calls.assign(found->second.calls.begin(), found->second.calls.end());
+    if (calls.empty()) services_.erase(found);
+  }
+  for (const auto& call : calls) call->Update();
+}
+
 ServingStatus Statuses::Find(absl::string_view name) const {
   MutexLock lock(&mutex_);
   const auto found = services_.find(name);

@@ -22,7 +22,9 @@ class Statuses {
  public:
   // Tells the calls that watch the service, if its status changes. Nothing is SERVING after Stop.
   void Set(const std::string& name, bool serving);
-  // SERVICE_UNKNOWN if the status was never set.
+  // Makes the service unknown again, and tells the calls that watch it.
+  void Forget(const std::string& name);
+  // SERVICE_UNKNOWN if the status was never set, or was forgotten.
   ServingStatus Find(absl::string_view name) const;
 
   // Tells the call the status of its service now, and whenever it changes until Remove.

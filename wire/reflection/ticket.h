@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 
 namespace hypermap::reflection {
 
@@ -21,6 +22,8 @@ class Ticket {
 
   // OK, or the error with which the stream must end before a request is read.
   virtual absl::Status admitted() const = 0;
+  // OK if the caller may learn of the service with this name. Only the health service asks.
+  virtual absl::Status CheckName(absl::string_view /*name*/) const { return absl::OkStatus(); }
   // Charges memory that the stream will hold, or returns the error with which it must end.
   virtual absl::Status ChargeMemory(int64_t bytes) = 0;
   // Gives back a part of what was charged.

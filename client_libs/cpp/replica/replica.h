@@ -78,7 +78,8 @@ struct ReplicaState {
   // made, by the server's clock. InfinitePast while the first changes are still arriving.
   absl::Time newest_at;
   // Reason why the replica is not connected, or error of its last use of the disk, which is
-  // retried. OK if there is none.
+  // retried. OK if there is none. The replica also goes on trying after UNAUTHENTICATED and
+  // PERMISSION_DENIED, since its token may be renewed and its rights changed.
   absl::Status problem;
   // Number of times that it resumed after a break, and that it had to fetch the map again.
   int num_resumed = 0;

@@ -12,7 +12,7 @@ export default defineConfig({
     // In kB. The page is a single chunk, most of which is the map library.
     chunkSizeWarningLimit: 800,
   },
-  server: { proxy: { '/hypermap.v1.': gateway } },
+  server: { proxy: { '/hypermap.v1.': gateway, '/session': gateway } },
   test: {
     environment: 'node',
     include: ['src/**/*.test.ts'],

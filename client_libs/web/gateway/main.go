@@ -19,11 +19,16 @@ import (
 // shutdownGrace is the time that calls have to end when the gateway stops.
 const shutdownGrace = 5 * time.Second
 
+// version is set by build.sh, from the file VERSION.
+var version = "unknown"
+
 type config struct {
 	listen    string
 	dashboard string
 	tlsCert   string
 	tlsKey    string
+	// File of the key of sessions, see newSessions.
+	sessionKey string
 	upstream  upstreamConfig
 	allowed   allowedHosts
 	limits    limits
@@ -54,13 +59,19 @@ func parseFlags(args []string) (config, error) {
 	flags.StringVar(&cfg.upstream.certFile, "server_cert", "", "client certificate for the server, a `FILE` (PEM)")
 	flags.StringVar(&cfg.upstream.keyFile, "server_key", "", "private key of --server_cert, a `FILE` (PEM)")
 	flags.StringVar(&cfg.listen, "listen", "127.0.0.1:8080", "address to serve on, `HOST:PORT`; port 0 chooses a free port")
-	flags.StringVar(&cfg.dashboard, "dashboard", besideExecutable("../dashboard"), "folder of the dashboard's files, a `DIR`")
+	flags.StringVar(&cfg.dashboard, "dashboard", dashboardFolder(), "folder of the dashboard's files, a `DIR`")
 	flags.StringVar(&cfg.tlsCert, "tls_cert", "", "serve HTTPS with the certificate chain in this `FILE` (PEM)")
 	flags.StringVar(&cfg.tlsKey, "tls_key", "", "private key of --tls_cert, a `FILE` (PEM)")
+	flags.StringVar(&cfg.sessionKey, "session_key", "", "32 random bytes that seal the cookies of signed-in browsers, a `FILE`; without it, a restart signs everybody out")
 	cfg.allowed.addFlag(flags)
 	cfg.limits.addFlags(flags)
+	showVersion := flags.Bool("version", false, "print the version and end")
 	if err := flags.Parse(args); err != nil {
 		return config{}, err
+	}
+	if *showVersion {
+		fmt.Println("hypermap-gateway " + version)
+		return config{}, flag.ErrHelp
 	}
 	if err := cfg.check(flags.Args()); err != nil {
 		fmt.Fprintln(flags.Output(), "hypermap-gateway:", err)
@@ -80,6 +91,20 @@ func (cfg config) check(rest []string) error {
 		return errors.New("--server_cert and --server_key must be given together")
 	}
 	return cfg.limits.check()
+}
+
+// dashboardFolder returns the folder of the dashboard in a build folder or, if there is none, where it
+// is installed.
+func dashboardFolder() string {
+	if built := besideExecutable("../dashboard"); isFolder(built) {
+		return built
+	}
+	return besideExecutable("../share/hypermap/dashboard")
+}
+
+func isFolder(path string) bool {
+	info, err := os.Stat(path)
+	return err == nil && info.IsDir()
 }
 
 // besideExecutable returns a path relative to the folder of this program.
@@ -150,11 +175,16 @@ func newHandler(cfg config, calls *calls) (http.Handler, error) {
 	if err != nil {
 		return nil, err
 	}
+	signedIn, err := newSessions(cfg.sessionKey, cfg.tlsCert != "")
+	if err != nil {
+		return nil, err
+	}
 	mux := http.NewServeMux()
+	signedIn.handle(mux, upstream)
 	for _, service := range services {
 		bridge(mux, service, upstream, calls)
 	}
 	mux.Handle("GET /", files)
 	mux.HandleFunc("/", refuseMethod)
-	return mux, nil
+	return signedIn.signIn(mux), nil
 }

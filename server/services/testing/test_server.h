@@ -39,8 +39,9 @@ class TestServer {
     auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), options);
     EXPECT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server = GrpcServer::Start({"127.0.0.1:0", max_message_bytes},
-                                    {site_.get(), limits, &workers_, scratch_.path(), &budgets_});
+    auto server = GrpcServer::Start(
+        {"127.0.0.1:0", max_message_bytes},
+        {site_.get(), limits, &workers_, scratch_.path(), &budgets_, &access_, &meters_});
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
@@ -81,6 +82,8 @@ class TestServer {
   hypermap::testing::TemporaryFolder scratch_;
   MemoryDisk disk_;
   Budgets budgets_;
+  AccessControl access_;
+  RpcMeters meters_;
   std::unique_ptr<Site> site_;
   WorkerPools workers_{2};
   std::unique_ptr<GrpcServer> server_;

@@ -43,8 +43,9 @@ class SiteServer {
     auto site = server::Site::Open(*std::move(store), options);
     ASSERT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server = server::GrpcServer::Start({.listen = address_.empty() ? "127.0.0.1:0" : address_},
-                                            {site_.get(), limits, &workers_, scratch_, &budgets_});
+    auto server = server::GrpcServer::Start(
+        {.listen = address_.empty() ? "127.0.0.1:0" : address_},
+        {site_.get(), limits, &workers_, scratch_, &budgets_, &access_, &meters_});
     ASSERT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     address_ = server_->address();
@@ -84,6 +85,8 @@ class SiteServer {
   const OpenStore open_store_;
   std::string address_;
   server::Budgets budgets_{Limits()};
+  server::AccessControl access_;
+  server::RpcMeters meters_;
   server::WorkerPools workers_{2};
   std::unique_ptr<server::Site> site_;
   std::unique_ptr<server::GrpcServer> server_;

@@ -13,6 +13,8 @@ Points, areas and the shapes of objects are Shapely geometries, cells are NumPy 
 are `datetime`s with time zone UTC.
 """
 
+import importlib.metadata
+
 from ._async.client import AsyncClient
 from ._async.observe import AsyncObserveStream
 from ._async.watch import AsyncWatch
@@ -20,6 +22,7 @@ from ._requests import new_request_id
 from ._sync.client import Client
 from ._sync.observe import ObserveStream
 from ._sync.watch import Watch
+from .access import Caller, Role
 from .answers import (
     Answer,
     AnswerStatus,
@@ -97,7 +100,7 @@ from .observations import (
     SensorPose,
 )
 
-__version__ = "0.2.0"
+__version__ = importlib.metadata.version("hypermap-client")
 
 __all__ = [
     "Aborted",
@@ -108,6 +111,7 @@ __all__ = [
     "AsyncClient",
     "AsyncObserveStream",
     "AsyncWatch",
+    "Caller",
     "Cancelled",
     "Cell",
     "CellBox",
@@ -180,6 +184,7 @@ __all__ = [
     "ResourceExhausted",
     "Revision",
     "RevisionList",
+    "Role",
     "SensorPose",
     "SetAliases",
     "SetTransform",

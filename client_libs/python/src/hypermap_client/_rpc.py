@@ -7,6 +7,7 @@ from typing import Generic, TypeVar
 
 from google.protobuf.message import Message
 
+from ._proto import access_service_pb2 as access
 from ._proto import catalog_service_pb2 as catalog
 from ._proto import edit_service_pb2 as edit
 from ._proto import exploration_service_pb2 as exploration
@@ -34,6 +35,8 @@ def _rpc(
     name = request.__name__.removesuffix("Request")
     return Rpc(f"/hypermap.v1.{service}/{name}", request, response)
 
+
+GET_CALLER = _rpc("AccessService", access.GetCallerRequest, access.GetCallerResponse)
 
 CREATE_MAP = _rpc("CatalogService", catalog.CreateMapRequest, catalog.CreateMapResponse)
 GET_MAP = _rpc("CatalogService", catalog.GetMapRequest, catalog.GetMapResponse)

@@ -9,6 +9,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
+from .errors import Unauthenticated
+
 # A bearer token, or a function that returns the current one. The client calls the function for
 # every RPC, from any thread.
 Token: TypeAlias = str | Callable[[], str]
@@ -53,6 +55,23 @@ class Tls:
             return None if path is None else pathlib.Path(path).read_bytes()
 
         return cls(read(ca), read(certificate), read(key), server_name)
+
+
+def token_from_file(path: str | os.PathLike[str]) -> Callable[[], str]:
+    """A function that reads the token from a file, without whitespace at its ends.
+
+    It raises Unauthenticated, without the token, if the file cannot be read or cannot be sent.
+    """
+
+    def read() -> str:
+        try:
+            return pathlib.Path(path).read_bytes().decode("ascii").strip()
+        except OSError as error:
+            raise Unauthenticated(str(error)) from None
+        except UnicodeDecodeError:
+            raise Unauthenticated(f"the token in {path} is not ASCII") from None
+
+    return read
 
 
 def check_token_is_safe(target: str, tls: Tls | None, allow_insecure: bool) -> None:

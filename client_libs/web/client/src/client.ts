@@ -1,5 +1,6 @@
 import { createClient, type Client, type Transport } from '@connectrpc/connect';
 import { createGrpcWebTransport } from '@connectrpc/connect-web';
+import { AccessService } from './gen/hypermap/v1/access_service_pb.js';
 import { CatalogService } from './gen/hypermap/v1/catalog_service_pb.js';
 import { EditService } from './gen/hypermap/v1/edit_service_pb.js';
 import { ExplorationService } from './gen/hypermap/v1/exploration_service_pb.js';
@@ -10,6 +11,8 @@ import { guard, type GuardOptions } from './guard.js';
 
 /** The services of a Hypermap server. Each has the methods of its .proto file. */
 export interface HypermapClient {
+  /** Tells who the caller is to the server, and what it may do. */
+  readonly access: Client<typeof AccessService>;
   readonly catalog: Client<typeof CatalogService>;
   readonly query: Client<typeof QueryService>;
   readonly edit: Client<typeof EditService>;
@@ -35,6 +38,7 @@ export function createHypermapClient(
 ): HypermapClient {
   const transport = guard(isTransport(to) ? to : webTransport(to), options);
   return {
+    access: createClient(AccessService, transport),
     catalog: createClient(CatalogService, transport),
     query: createClient(QueryService, transport),
     edit: createClient(EditService, transport),

@@ -18,6 +18,7 @@ export { runsOf, runToGeoJson, type CellRun } from './cells.js';
 export { isTransient } from './retry.js';
 export { newRequestId } from './request_id.js';
 
+export * from './gen/hypermap/v1/access_service_pb.js';
 export * from './gen/hypermap/v1/catalog_service_pb.js';
 export * from './gen/hypermap/v1/edit_pb.js';
 export * from './gen/hypermap/v1/edit_service_pb.js';

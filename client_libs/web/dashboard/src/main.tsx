@@ -2,6 +2,7 @@
 import './app/theme.css';
 import { render } from 'preact';
 import { App } from './app/app';
+import { startCaller } from './state/caller';
 import { startEdits } from './state/edits';
 import { start } from './state/live';
 import { startQuestions } from './state/questions';
@@ -13,6 +14,7 @@ startUrl();
 startTime();
 startShowing();
 start();
+startCaller();
 startEdits();
 startQuestions();
 

@@ -71,6 +71,18 @@ export class Site {
     this.server = await serve(this.folder, this.server.address);
   }
 
+  /**
+   * Starts the server again, which then knows one identity and nobody else. Returns the token of
+   * the identity.
+   */
+  async requireIdentity(name: string, role: string): Promise<string> {
+    const file = join(this.folder, 'access.yaml');
+    const made = await run('hypermap', ['token', 'create', name, '--role', role, '--file', file]);
+    await this.server.stop();
+    this.server = await serve(this.folder, this.server.address, `--access_file=${file}`);
+    return made.trim();
+  }
+
   /** Stops the programs and deletes the copy of the maps. */
   async close(): Promise<void> {
     await Promise.all([this.gateway.stop(), this.server.stop()]);
@@ -78,8 +90,8 @@ export class Site {
   }
 }
 
-function serve(folder: string, listen: string): Promise<Server> {
-  return Server.start('hypermapd', [`--data_dir=${folder}`, `--listen=${listen}`]);
+function serve(folder: string, listen: string, ...flags: string[]): Promise<Server> {
+  return Server.start('hypermapd', [`--data_dir=${folder}`, `--listen=${listen}`, ...flags]);
 }
 
 /** Creates a folder of maps that sites can start from. */

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from types import TracebackType
 
+from .access import Access
 from .edits import Edits
 from .explorations import Explorations
 from .ingest import Ingest
@@ -11,7 +12,7 @@ from .queries import Queries
 from .watches import Watches
 
 
-class AsyncClient(Queries, Edits, Watches, Ingest, Explorations):
+class AsyncClient(Queries, Edits, Watches, Ingest, Explorations, Access):
     """A client of one server.
 
     Client blocks the calling thread and may be shared by threads. AsyncClient has the same methods
@@ -21,10 +22,12 @@ class AsyncClient(Queries, Edits, Watches, Ingest, Explorations):
     Constructor arguments:
 
     target: address of the server, HOST:PORT.
-    tls: None for an unencrypted connection.
+    tls: None for an unencrypted connection. Renewed certificates need a new client.
     token: bearer token, sent in the metadata `authorization` of every call. A function is called
         for each call. ValueError is raised for a token without TLS, unless the target is on this
         machine or allow_insecure_token is set.
+    token_file: file with the token, in place of `token`. It is read for each call, so that a token
+        can be renewed; a call raises Unauthenticated if it cannot be read.
     timeout: time in seconds that a call may take with all its retries, for calls without a timeout
         of their own; math.inf for no limit.
     retry_for: time in seconds for which calls are retried, with exponential backoff, while the

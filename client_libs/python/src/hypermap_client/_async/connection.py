@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import AsyncIterator, Callable
 from typing import Any
 
 from .._io import aio
 from .._retries import Retries
 from .._rpc import RequestT, ResponseT, Rpc
-from ..credentials import Tls, Token, check_token_is_safe
+from ..credentials import Tls, Token, check_token_is_safe, token_from_file
 from ..errors import HypermapError
 
 
@@ -21,10 +22,15 @@ class Connection:
         *,
         tls: Tls | None = None,
         token: Token | None = None,
+        token_file: str | os.PathLike[str] | None = None,
         timeout: float = 60.0,
         retry_for: float = 30.0,
         allow_insecure_token: bool = False,
     ) -> None:
+        if token_file is not None:
+            if token is not None:
+                raise ValueError("token and token_file must not be given together")
+            token = token_from_file(token_file)
         if token is not None:
             check_token_is_safe(target, tls, allow_insecure_token)
         self._timeout = timeout

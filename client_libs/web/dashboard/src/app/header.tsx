@@ -1,4 +1,7 @@
+import { Role } from '@hypermap/client';
+import { caller } from '../state/caller';
 import { status, type Status } from '../state/connection';
+import { signing, signOut } from '../state/session';
 import { showMap } from '../state/show_map';
 import { mapName, maps } from '../state/site';
 import './header.css';
@@ -8,6 +11,14 @@ const STATUS_WORDS: Record<Status, string> = {
   live: 'Live',
   disconnected: 'Disconnected',
   error: 'Error',
+};
+
+const ROLE_WORDS: Record<Role, string> = {
+  [Role.UNSPECIFIED]: '',
+  [Role.READER]: 'reader',
+  [Role.ROBOT]: 'robot',
+  [Role.EDITOR]: 'editor',
+  [Role.ADMIN]: 'admin',
 };
 
 function ConnectionState() {
@@ -38,13 +49,31 @@ function MapPicker() {
   );
 }
 
-/** The choice of the map, and the status of the connection. */
+/** Who is signed in with which role, if the server knows identities. */
+function CallerState() {
+  if (!caller.value?.hasIdentities) return null;
+  const { identity, role } = caller.value;
+  const words = `${identity}, ${ROLE_WORDS[role]}`;
+  return (
+    <div class="caller" role="group" aria-label="Signed in">
+      <small class="cut" title={words}>
+        {words}
+      </small>
+      <button class="link" disabled={signing.value} onClick={() => void signOut()}>
+        Sign out
+      </button>
+    </div>
+  );
+}
+
+/** The choice of the map, the status of the connection, and who is signed in. */
 export function Header({ covers }: { covers?: 'top' }) {
   return (
     <header class="card header" data-covers={covers}>
       <h1 class="unseen">Hypermap</h1>
       <MapPicker />
       <ConnectionState />
+      <CallerState />
     </header>
   );
 }

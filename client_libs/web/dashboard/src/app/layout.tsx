@@ -63,12 +63,12 @@ function goTo(id: string, place: Panel['place']): void {
 
 function Wide() {
   const cover = useCover();
-  const open = panels.find(({ id, place }) => place === 'right' && id === activePanel.value);
+  const open = panels.value.find(({ id, place }) => place === 'right' && id === activePanel.value);
   return (
     <div ref={cover} class="wide" style={{ '--scale': scale.value }}>
       <div class="left" data-covers="left">
         <Header />
-        {panels
+        {panels.value
           .filter(({ place }) => place === 'left')
           .map(({ id, title, component: Content }) => (
             <section key={id} id={`section-${id}`} class="card panel" aria-label={title}>
@@ -81,7 +81,7 @@ function Wide() {
       </div>
       <div class="middle">
         <MapNotices />
-        {panels
+        {panels.value
           .filter(({ place }) => place === 'bottom')
           .map(({ id, title, component: Content }) => (
             <section
@@ -98,7 +98,7 @@ function Wide() {
       <div class="right" data-covers="right">
         {open && <PanelCard key={open.id} panel={open} />}
         <div class="rail">
-          <Tabs of={panels.filter(({ place }) => place === 'right')} />
+          <Tabs of={panels.value.filter(({ place }) => place === 'right')} />
           <MapControls />
         </div>
         <ScaleLine />
@@ -109,7 +109,7 @@ function Wide() {
 
 function Narrow() {
   const cover = useCover();
-  const open = panels.find(({ id }) => id === activePanel.value);
+  const open = panels.value.find(({ id }) => id === activePanel.value);
   return (
     <div ref={cover} class="narrow" style={{ '--scale': scale.value }}>
       <Header covers="top" />
@@ -120,7 +120,7 @@ function Narrow() {
       </div>
       <div class="sheet" data-covers="bottom">
         {open && <PanelCard key={open.id} panel={open} />}
-        <Tabs of={panels} />
+        <Tabs of={panels.value} />
       </div>
     </div>
   );
@@ -129,13 +129,13 @@ function Narrow() {
 /** Everything that is drawn over the map, in the wide or the narrow layout. */
 export function Layout() {
   useEffect(() => {
-    const stops = panels.map(({ id, title, shortcut, place }) =>
+    const stops = panels.value.map(({ id, title, shortcut, place }) =>
       addShortcut({ key: shortcut, what: title, act: () => goTo(id, place) }),
     );
     return () => {
       for (const stop of stops) stop();
     };
-  }, []);
+  }, [panels.value]);
   return (
     <>
       {asOf.value !== undefined && <div class="as-of-frame" />}

@@ -1,9 +1,10 @@
 import type { ComponentChildren } from 'preact';
 import { cancelTool, toolHint } from '../map/tools';
-import { giveToken, problem, status, tokenWanted, tryAgain } from '../state/connection';
+import { problem, signInWanted, status, tryAgain } from '../state/connection';
 import { editProblem } from '../state/edits';
 import { live, loading } from '../state/live';
 import { formatTime } from '../panels/kit/format';
+import { sessionProblem, signIn, signing } from '../state/session';
 import { leftRevision } from '../state/show_map';
 import { layers, mapName, maps } from '../state/site';
 import { asOf, asOfCommit, asOfProblem, backToLive } from '../state/time';
@@ -17,26 +18,50 @@ function Notice({ kind, children }: { kind?: 'warn' | 'bad'; children: Component
   );
 }
 
-function TokenForm() {
+function SignInForm() {
   return (
     <Notice kind="warn">
       <form
         class="row"
+        aria-label="Sign in"
         onSubmit={(event) => {
           event.preventDefault();
-          giveToken(String(new FormData(event.currentTarget).get('token')));
+          void signIn(String(new FormData(event.currentTarget).get('token')).trim());
         }}
       >
-        <span>{problem.value}</span>
-        <input type="password" name="token" aria-label="Token" placeholder="Token" required />
-        <button class="primary">Sign in</button>
+        {sessionProblem.value ? (
+          <span role="alert">{sessionProblem.value}</span>
+        ) : (
+          <span>{problem.value}</span>
+        )}
+        <input
+          type="password"
+          name="token"
+          aria-label="Token"
+          placeholder="Token"
+          autocomplete="current-password"
+          required
+        />
+        <button class="primary" disabled={signing.value}>
+          Sign in
+        </button>
       </form>
     </Notice>
   );
 }
 
+function SessionNotice() {
+  if (signInWanted.value || sessionProblem.value === undefined) return null;
+  return (
+    <Notice kind="bad">
+      <span>{sessionProblem.value}</span>
+      <button onClick={() => (sessionProblem.value = undefined)}>Dismiss</button>
+    </Notice>
+  );
+}
+
 function ConnectionNotice() {
-  if (tokenWanted.value) return <TokenForm />;
+  if (signInWanted.value) return <SignInForm />;
   if (status.value === 'error') {
     return (
       <Notice kind="bad">
@@ -114,6 +139,7 @@ export function MapNotices() {
   return (
     <div class="notices">
       <ConnectionNotice />
+      <SessionNotice />
       <AsOfNotice />
       <LeftRevisionNotice />
       {asOfProblem.value && <Notice kind="bad">{asOfProblem.value}</Notice>}

@@ -242,4 +242,5 @@ export const editPanel: Panel = {
   component: Edit,
   place: 'right',
   shortcut: 'e',
+  needs: 'EditService/ApplyEdits',
 };

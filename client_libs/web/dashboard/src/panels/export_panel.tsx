@@ -1,5 +1,6 @@
 import { computed, signal } from '@preact/signals';
 import { asking } from '../state/asking';
+import { may, type RestrictedRpc } from '../state/caller';
 import { canCarry, exportFile, type Export, type ExportFormat } from '../state/export';
 import { layers, mapName } from '../state/site';
 import { asOf } from '../state/time';
@@ -7,11 +8,19 @@ import './export_panel.css';
 import { ExportIcon } from './kit/icons';
 import type { Panel } from './panel';
 
-const FORMATS: readonly { format: ExportFormat; name: string; what: string }[] = [
+interface Format {
+  format: ExportFormat;
+  name: string;
+  what: string;
+  needs?: RestrictedRpc;
+}
+
+const FORMATS: readonly Format[] = [
   {
     format: 'gpkg',
     name: 'GeoPackage',
     what: 'The whole map as the server stores it, for QGIS and GDAL',
+    needs: 'CatalogService/BackupMap',
   },
   {
     format: 'hmap',
@@ -22,7 +31,12 @@ const FORMATS: readonly { format: ExportFormat; name: string; what: string }[] =
   { format: 'nav2', name: 'Nav2 (YAML + PGM)', what: 'One occupancy grid, for ROS' },
 ];
 
-const format = signal<ExportFormat>('gpkg');
+/** The formats that the caller may export. */
+const formats = computed(() => FORMATS.filter(({ needs }) => may(needs)));
+const wantedFormat = signal<ExportFormat>('gpkg');
+const format = computed<ExportFormat>(() =>
+  formats.value.some((each) => each.format === wantedFormat.value) ? wantedFormat.value : 'hmap',
+);
 /** The layers that the user has deselected. */
 const without = signal<ReadonlySet<string>>(new Set());
 const exported = asking<Export>();
@@ -72,7 +86,7 @@ function Formats() {
   return (
     <fieldset class="plain">
       <legend>Format</legend>
-      {FORMATS.map(({ format: value, name, what }) => (
+      {formats.value.map(({ format: value, name, what }) => (
         <label key={value} class="format">
           <input
             type="radio"
@@ -80,7 +94,7 @@ function Formats() {
             checked={format.value === value}
             onChange={() => {
               exported.forget();
-              format.value = value;
+              wantedFormat.value = value;
             }}
           />
           <span>

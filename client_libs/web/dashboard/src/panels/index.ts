@@ -1,3 +1,5 @@
+import { computed } from '@preact/signals';
+import { may } from '../state/caller';
 import { changesPanel } from './changes_panel';
 import { editPanel } from './edit_panel';
 import { explorationPanel } from './exploration_panel';
@@ -8,8 +10,7 @@ import type { Panel } from './panel';
 import { searchPanel } from './search_panel';
 import { timePanel } from './time_panel';
 
-/** All panels in the order of their tabs. */
-export const panels: readonly Panel[] = [
+const ALL: readonly Panel[] = [
   layersPanel,
   searchPanel,
   herePanel,
@@ -19,3 +20,6 @@ export const panels: readonly Panel[] = [
   exportPanel,
   timePanel,
 ];
+
+/** The panels that are of use to the caller, in the order of their tabs. */
+export const panels = computed(() => ALL.filter(({ needs }) => may(needs)));

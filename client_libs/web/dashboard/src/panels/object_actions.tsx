@@ -1,5 +1,6 @@
 import { keepShape, reshaping, startReshaping } from '../map/reshape';
 import { cancelTool } from '../map/tools';
+import { may } from '../state/caller';
 import { editing, pinObject, PINNED, removeObject } from '../state/edits';
 import type { Object$ } from '../state/model';
 import { asOf } from '../state/time';
@@ -9,8 +10,9 @@ interface Props {
   object: Object$;
 }
 
-/** Buttons that change an object of the live map. */
+/** Buttons that change an object of the live map, for callers who may. */
 export function ObjectActions({ layer, object }: Props) {
+  if (!may('EditService/ApplyEdits')) return null;
   if (asOf.value !== undefined) return <p class="note">Earlier revisions can't be changed.</p>;
   if (reshaping.value?.before.id === object.id) return <ReshapingActions />;
   const busy = editing.value;

@@ -1,4 +1,5 @@
 import type { ComponentType } from 'preact';
+import type { RestrictedRpc } from '../state/caller';
 
 /** A panel beside the map. */
 export interface Panel {
@@ -13,4 +14,6 @@ export interface Panel {
   place: 'left' | 'right' | 'bottom';
   /** The key that opens the panel. */
   shortcut: string;
+  /** The rpc without which the panel is of no use. */
+  needs?: RestrictedRpc;
 }

@@ -14,33 +14,23 @@ export type Status = 'connecting' | 'live' | 'disconnected' | 'error';
 export const status = signal<Status>('connecting');
 /** A message for the user about the last failure. Undefined while there is none. */
 export const problem = signal<string>();
-/** Whether the server rejected the token, or there was none. */
-export const tokenWanted = signal(false);
-
-const TOKEN_KEY = 'hypermap.token';
-
-function connect(): HypermapClient {
-  const token = sessionStorage.getItem(TOKEN_KEY);
-  return createHypermapClient(location.origin, token ? { token } : {});
-}
+/** Whether the server does not know the user, or not any more. */
+export const signInWanted = signal(false);
 
 const attempts = signal(0);
 
-/** The client for all calls. `tryAgain` replaces it. */
-export const client = computed(() => {
+/**
+ * The client for all calls, which the browser sends with the cookie of its session. `tryAgain`
+ * replaces it.
+ */
+export const client = computed<HypermapClient>(() => {
   attempts.value;
-  return connect();
+  return createHypermapClient(location.origin);
 });
-
-/** Stores the token until the browser tab is closed, and reconnects with it. */
-export function giveToken(token: string): void {
-  sessionStorage.setItem(TOKEN_KEY, token);
-  tryAgain();
-}
 
 /** Clears the error and reconnects with a new client. */
 export function tryAgain(): void {
-  tokenWanted.value = false;
+  signInWanted.value = false;
   problem.value = undefined;
   status.value = 'connecting';
   attempts.value++;
@@ -58,7 +48,7 @@ export function noteAlive(): void {
 
 /** Records a failed call: "disconnected" if a retry may succeed, otherwise "error". */
 export function noteFailure(error: unknown): void {
-  tokenWanted.value = ConnectError.from(error).code === Code.Unauthenticated;
+  signInWanted.value = ConnectError.from(error).code === Code.Unauthenticated;
   problem.value = messageOf(error);
   status.value = isTransient(error) ? 'disconnected' : 'error';
 }

@@ -57,7 +57,6 @@ vi.mock('@hypermap/client', async (original) => ({
 }));
 vi.hoisted(() => {
   vi.stubGlobal('location', { origin: 'http://127.0.0.1' });
-  vi.stubGlobal('sessionStorage', { getItem: () => null });
   vi.stubGlobal('document', { hidden: false });
 });
 

@@ -3,7 +3,7 @@
 import { Code, ConnectError, isTransient, watch, type WatchEvent } from '@hypermap/client';
 import { batch, computed, effect, signal, untracked } from '@preact/signals';
 import { forgetChanges, noteChanges } from './changes';
-import { client, noteFailure, problem, status, tryAgain } from './connection';
+import { client, noteFailure, problem, signInWanted, status, tryAgain } from './connection';
 import { MapContent } from './map_content';
 import { ChangeKind } from './model';
 import { loadLayers, loadMaps, mapName, maps } from './site';
@@ -179,7 +179,8 @@ const MAPS_EVERY_MS = 5000;
  */
 export function start(): void {
   setInterval(() => {
-    if (!document.hidden) void loadMaps().then(watchAgainIfItReturned);
+    if (document.hidden || signInWanted.value) return;
+    void loadMaps().then(watchAgainIfItReturned);
   }, MAPS_EVERY_MS);
   effect(() => {
     const map = mapName.value;

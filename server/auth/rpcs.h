@@ -1,0 +1,78 @@
+// All rpcs that hypermapd serves, with the roles they need.
+#ifndef HYPERMAP_SERVER_AUTH_RPCS_H_
+#define HYPERMAP_SERVER_AUTH_RPCS_H_
+
+#include <optional>
+
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "base/identity/role.h"
+
+namespace hypermap::server {
+
+enum class Rpc {
+  // hypermap.v1.AccessService
+  kGetCaller,
+  // hypermap.v1.CatalogService
+  kBackupMap,
+  kCreateLayer,
+  kCreateMap,
+  kDeleteLayer,
+  kDeleteMap,
+  kExportMap,
+  kGetLayer,
+  kGetMap,
+  kImportMap,
+  kListLayers,
+  kListMaps,
+  kListTransforms,
+  kSetTransform,
+  // hypermap.v1.EditService
+  kApplyEdits,
+  // hypermap.v1.ExplorationService
+  kClaimGoal,
+  kGetExploration,
+  kListExplorations,
+  kListFrontiers,
+  kReleaseGoal,
+  kRenewGoal,
+  kStartExploration,
+  kStopExploration,
+  // hypermap.v1.IngestService
+  kExplainObject,
+  kObserve,
+  kRebuildLayer,
+  kRetractSource,
+  // hypermap.v1.QueryService
+  kQueryArea,
+  kQueryNearest,
+  kQueryPoint,
+  kQueryPoints,
+  kQueryValue,
+  // hypermap.v1.WatchService
+  kListChanges,
+  kListRevisions,
+  kReplicate,
+  kWatch,
+  // grpc.health.v1.Health and grpc.reflection.v1alpha.ServerReflection
+  kHealth,
+  kServerReflectionInfo,
+};
+
+struct RpcInfo {
+  Rpc rpc;
+  absl::string_view service;  // with its package
+  absl::string_view method;
+  // None for health and reflection, which tell nothing of the maps; GrpcServer asks for an identity
+  // before it tells the health of one.
+  std::optional<access::Role> least;
+};
+
+const RpcInfo& InfoOf(Rpc rpc);
+
+// A row for each rpc, in the order of the enumeration.
+absl::Span<const RpcInfo> AllRpcs();
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_AUTH_RPCS_H_

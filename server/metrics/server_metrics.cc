@@ -1,0 +1,171 @@
+#include "server/metrics/server_metrics.h"
+
+#include <iterator>
+#include <string>
+#include <utility>
+
+#include "base/access/refusal.h"
+#include "base/limits/limits.h"
+#include "map/content_bytes.h"
+#include "map/observations/observe_answers.h"
+#include "map/snapshot.h"
+#include "server/auth/rpcs.h"
+#include "server/metrics/families.h"
+#include "server/metrics/process_metrics.h"
+#include "server/rpc/rpc_meters.h"
+#include "server/session/map_session.h"
+#include "server/session/session_meters.h"
+#include "server/session/site.h"
+
+namespace hypermap::server {
+namespace {
+
+using prometheus::MetricFamily;
+using prometheus::MetricType;
+
+// As gRPC writes them in its documentation and clients in their errors.
+constexpr const char* kCodeNames[] = {
+    "OK",       "Canceled",       "Unknown",          "InvalidArgument",   "DeadlineExceeded",
+    "NotFound", "AlreadyExists",  "PermissionDenied", "ResourceExhausted", "FailedPrecondition",
+    "Aborted",  "OutOfRange",     "Unimplemented",    "Internal",          "Unavailable",
+    "DataLoss", "Unauthenticated"};
+static_assert(std::size(kCodeNames) == RpcMeters::kCodes);
+
+Labels LabelsOf(const RpcInfo& info) {
+  return {{"grpc_service", std::string(info.service)}, {"grpc_method", std::string(info.method)}};
+}
+
+void AddRpcs(const RpcMeters& meters, std::vector<MetricFamily>& out) {
+  Family started("grpc_server_started_total", "RPCs that began.", MetricType::Counter);
+  Family handled("grpc_server_handled_total", "RPCs that ended, by status code.",
+                 MetricType::Counter);
+  Family seconds("grpc_server_handling_seconds", "Durations of the RPCs that ended, in seconds.",
+                 MetricType::Histogram);
+  for (const RpcInfo& info : AllRpcs()) {
+    const RpcMeters::Reading reading = meters.Read(info.rpc);
+    const Labels labels = LabelsOf(info);
+    started.Add(labels, static_cast<double>(reading.began));
+    for (size_t code = 0; code < reading.ended.size(); ++code) {
+      // OK is always there, so that rates can be computed from the first call on.
+      if (reading.ended[code] == 0 && code != 0) continue;
+      Labels with_code = labels;
+      with_code.push_back({"grpc_code", kCodeNames[code]});
+      handled.Add(std::move(with_code), static_cast<double>(reading.ended[code]));
+    }
+    seconds.AddHistogram(labels, RpcMeters::kBounds_s, reading.durations, reading.total_s);
+  }
+  out.push_back(std::move(started));
+  out.push_back(std::move(handled));
+  out.push_back(std::move(seconds));
+}
+
+void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
+  Family works("hypermap_map_up", "1 if the map is served, 0 if it can't be opened.",
+               MetricType::Gauge);
+  Family revision("hypermap_map_revision", "Newest revision of the map.", MetricType::Gauge);
+  Family content("hypermap_map_content_bytes", "Memory of the map's content.", MetricType::Gauge);
+  Family layers("hypermap_map_layers", "Layers of the map.", MetricType::Gauge);
+  Family feed("hypermap_map_feed_bytes", "Memory of the newest commits, for watches.",
+              MetricType::Gauge);
+  Family waiting("hypermap_map_queue_submissions", "Submissions that wait for the map's writer.",
+                 MetricType::Gauge);
+  Family waiting_bytes("hypermap_map_queue_bytes", "Bytes of these submissions.",
+                       MetricType::Gauge);
+  Family commits("hypermap_map_commits_total", "Revisions that were made since the map was opened.",
+                 MetricType::Counter);
+  Family changes("hypermap_map_changes_total", "Changes in these revisions.", MetricType::Counter);
+  Family failures("hypermap_map_failed_writes_total",
+                  "Groups of revisions that could not be stored.", MetricType::Counter);
+  Family groups("hypermap_map_group_commits", "Revisions that were stored together.",
+                MetricType::Histogram);
+  Family lags("hypermap_map_watch_lag_revisions",
+              "Revisions by which watches were behind each time they went on.",
+              MetricType::Histogram);
+  Family observations("hypermap_map_observations_total",
+                      "Observations that were answered since the map was opened, by outcome.",
+                      MetricType::Counter);
+  for (const Site::Entry& entry : site.List()) {
+    const Labels labels = {{"map", entry.name}};
+    works.Add(labels, entry.session && entry.problem.ok() ? 1 : 0);
+    if (!entry.session) continue;
+    const MapSession& session = *entry.session;
+    const SnapshotPtr snapshot = session.snapshot();
+    revision.Add(labels, static_cast<double>(snapshot->revision));
+    content.Add(labels, static_cast<double>(ContentBytes(*snapshot)));
+    layers.Add(labels, static_cast<double>(snapshot->layers.size()));
+    feed.Add(labels, static_cast<double>(entry.session->feed().bytes()));
+    const MapSession::QueueSize queue = session.queue_size();
+    waiting.Add(labels, static_cast<double>(queue.submissions));
+    waiting_bytes.Add(labels, static_cast<double>(queue.bytes));
+    const SessionMeters::Reading reading = session.meters().Read();
+    commits.Add(labels, static_cast<double>(reading.commits));
+    changes.Add(labels, static_cast<double>(reading.changes));
+    failures.Add(labels, static_cast<double>(reading.failed_groups));
+    groups.AddHistogram(labels, SessionMeters::kBounds, reading.groups,
+                        static_cast<double>(reading.commits));
+    lags.AddHistogram(labels, SessionMeters::kLagBounds, reading.lags,
+                      static_cast<double>(reading.total_lag));
+    for (size_t i = 0; i < reading.observations.size(); ++i) {
+      const absl::string_view outcome = ObservationOutcomeName(static_cast<ObservationOutcome>(i));
+      observations.Add({{"map", entry.name}, {"outcome", std::string(outcome)}},
+                       static_cast<double>(reading.observations[i]));
+    }
+  }
+  for (Family* family : {&works, &revision, &content, &layers, &feed, &waiting, &waiting_bytes,
+                         &commits, &changes, &failures, &groups, &lags, &observations}) {
+    out.push_back(std::move(*family));
+  }
+}
+
+void AddBudgets(const Budgets& budgets, const Limits& limits, std::vector<MetricFamily>& out) {
+  const auto gauge = [&](const char* name, const char* help, int64_t value) {
+    out.push_back(
+        std::move(Family(name, help, MetricType::Gauge).Add({}, static_cast<double>(value))));
+  };
+  gauge("hypermap_calls", "Calls under way.", budgets.calls.used());
+  gauge("hypermap_watchers", "Watch and Replicate calls under way.", budgets.watchers.used());
+  gauge("hypermap_request_bytes", "Memory of large requests and answers.",
+        budgets.request_bytes.used());
+  gauge("hypermap_scratch_bytes", "Bytes on disk of imports and backups under way.",
+        budgets.scratch_bytes.used());
+  gauge("hypermap_exploration_bytes", "Memory of explorations.", budgets.exploration_bytes.used());
+  gauge("hypermap_content_bytes", "Memory of the content of all maps.", budgets.content->bytes());
+  gauge("hypermap_feed_bytes", "Memory of the newest commits of all maps.", budgets.feeds->bytes());
+  gauge("hypermap_memory_limit_bytes", "Limit of resident memory, --memory_limit.",
+        limits.memory_limit);
+  Family refusals("hypermap_refusals_total", "Requests that were refused because of a limit.",
+                  MetricType::Counter);
+  for (const auto& [flag, count] : budgets.refusals.Numbers()) {
+    refusals.Add({{"limit", flag}}, static_cast<double>(count));
+  }
+  out.push_back(std::move(refusals));
+}
+
+void AddAuthFailures(const RpcMeters& meters, std::vector<MetricFamily>& out) {
+  Family failures("hypermap_auth_failures_total",
+                  "Calls that were refused because of who made them, by reason.",
+                  MetricType::Counter);
+  for (size_t i = 0; i < access::kNumReasons; ++i) {
+    const auto reason = static_cast<access::Reason>(i);
+    failures.Add({{"reason", std::string(access::ReasonName(reason))}},
+                 static_cast<double>(meters.refused(reason)));
+  }
+  out.push_back(std::move(failures));
+}
+
+}  // namespace
+
+std::vector<MetricFamily> ServerMetrics::Collect() const {
+  std::vector<MetricFamily> out;
+  out.push_back(
+      std::move(Family("hypermap_build_info", "1, with the version as a label.", MetricType::Gauge)
+                    .Add({{"version", HYPERMAP_VERSION}}, 1)));
+  AddRpcs(*facilities_.meters, out);
+  AddMaps(*facilities_.site, out);
+  AddBudgets(*facilities_.budgets, facilities_.limits, out);
+  AddAuthFailures(*facilities_.meters, out);
+  AddProcess(out);
+  return out;
+}
+
+}  // namespace hypermap::server

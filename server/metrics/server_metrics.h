@@ -1,0 +1,29 @@
+// The numbers of a server for Prometheus.
+#ifndef HYPERMAP_SERVER_METRICS_SERVER_METRICS_H_
+#define HYPERMAP_SERVER_METRICS_SERVER_METRICS_H_
+
+#include <prometheus/collectable.h>
+#include <prometheus/metric_family.h>
+
+#include <vector>
+
+#include "server/rpc/facilities.h"
+
+namespace hypermap::server {
+
+// Reads the numbers when Prometheus asks for them; nothing is counted twice. The names of the rpcs'
+// metrics are those of go-grpc-middleware, for which there are dashboards. Thread safe.
+class ServerMetrics final : public prometheus::Collectable {
+ public:
+  // What `facilities` points to must outlive this.
+  explicit ServerMetrics(const Facilities& facilities) : facilities_(facilities) {}
+
+  std::vector<prometheus::MetricFamily> Collect() const override;
+
+ private:
+  const Facilities facilities_;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_METRICS_SERVER_METRICS_H_

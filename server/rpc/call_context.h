@@ -1,0 +1,86 @@
+// What every rpc under way has: its caller, its admission and its log.
+#ifndef HYPERMAP_SERVER_RPC_CALL_CONTEXT_H_
+#define HYPERMAP_SERVER_RPC_CALL_CONTEXT_H_
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/status.h>
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "base/cancellation/cancellation.h"
+#include "map/snapshot.h"
+#include "server/auth/access_control.h"
+#include "server/auth/caller.h"
+#include "server/auth/rpcs.h"
+#include "server/rpc/budgets.h"
+#include "server/rpc/call_ticket.h"
+#include "server/rpc/request_log.h"
+#include "server/rpc/rpc_meters.h"
+
+namespace hypermap::server {
+
+// What all calls of a server go through when they arrive and end. All must outlive the calls.
+struct Door {
+  Budgets* budgets;
+  const AccessControl* access;
+  RpcMeters* meters;
+};
+
+// Made when a call arrives, before its request is decoded. Not thread safe, apart from CheckWanted
+// and what its parts say.
+class CallContext {
+ public:
+  // The context lives as long as this.
+  CallContext(const Door& door, grpc::CallbackServerContext* context, Rpc rpc);
+
+  // OK, or the error with which the call must end before any work: nobody knows the caller, it may
+  // not call this rpc, or too many calls are under way.
+  const absl::Status& admitted() const { return admitted_; }
+
+  // To be called as soon as the request is decoded, before it has any effect; with "" for a request
+  // that is about no map. PERMISSION_DENIED if the caller has no access to the map.
+  absl::Status EnterMap(std::string map);
+
+  // As server::CheckWanted; also UNAUTHENTICATED or PERMISSION_DENIED once the caller is not what
+  // it was when the call began. Thread safe.
+  absl::Status CheckWanted() const;
+  // Tells the loops of work for this call whether to go on. Must not be used after End.
+  std::shared_ptr<Cancellation> MakeCancellation() const;
+
+  const Caller& caller() const { return caller_; }
+  // The author of the changes that the request makes: the caller's identity. Of a server that knows
+  // no identities: RequestLog::author.
+  absl::StatusOr<std::string> author() const;
+  // As RequestLog::Edited.
+  void Edited(Revision revision, absl::string_view edit_id, int64_t edits) const;
+  // Address and port of the caller's connection.
+  std::string peer() const { return context_->peer(); }
+  const std::string& map() const { return log_.map(); }
+
+  CallTicket& ticket() { return ticket_; }
+  const CallTicket& ticket() const { return ticket_; }
+
+  // Logs the end of the call, tells the caller the name under which it was logged, and returns the
+  // status for gRPC. Must be called exactly once.
+  grpc::Status End(const absl::Status& status, int64_t items = 0);
+
+ private:
+  const AccessControl* const access_;
+  RpcMeters* const meters_;
+  LogPace* const log_pace_;
+  const Rpc rpc_;
+  grpc::CallbackServerContext* const context_;
+  Caller caller_;
+  absl::Status admitted_;
+  CallTicket ticket_;
+  RequestLog log_;
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_RPC_CALL_CONTEXT_H_

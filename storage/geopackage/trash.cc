@@ -1,0 +1,93 @@
+#include "storage/geopackage/trash.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <system_error>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
+#include "storage/geopackage/map_file.h"
+#include "storage/sqlite/durable_file.h"
+
+namespace hypermap::storage {
+namespace {
+
+absl::Status RemoveForGood(const std::string& path) {
+  std::error_code error;
+  std::filesystem::remove_all(path, error);
+  if (!error) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat("cannot remove ", path, ": ", error.message()));
+}
+
+std::string NameOf(const std::string& path) {
+  return std::filesystem::path(path).filename().string();
+}
+
+// A folder that has the number of this deletion may be of an older one, whose record was lost with
+// catalog.sqlite. It gets another name, so that its map is not overwritten.
+absl::Status SetEarlierAside(const std::string& entry) {
+  int number = 1;
+  while (PathExists(absl::StrCat(entry, ".", number))) ++number;
+  return MoveFile(entry, absl::StrCat(entry, ".", number));
+}
+
+}  // namespace
+
+Trash::Trash(std::string folder, absl::Duration age) : folder_(std::move(folder)), age_(age) {}
+
+absl::Status Trash::Take(const std::string& path, const std::string& map, int64_t deletion) {
+  const std::string entry = absl::StrCat(folder_, "/", map, ".", deletion);
+  const std::string moved = absl::StrCat(entry, "/", NameOf(path));
+  // The map's file is moved once, so that one that is there already is another's.
+  if (PathExists(path) && PathExists(moved)) HYPERMAP_RETURN_IF_ERROR(SetEarlierAside(entry));
+  HYPERMAP_RETURN_IF_ERROR(MakeFolder(entry));
+  HYPERMAP_RETURN_IF_ERROR(SyncFolder(folder_));
+  HYPERMAP_RETURN_IF_ERROR(SyncFolder(FolderOf(folder_)));
+  HYPERMAP_RETURN_IF_ERROR(MoveFile(path, moved));
+  HYPERMAP_RETURN_IF_ERROR(MoveFile(LogPathOf(path), LogPathOf(moved)));
+  HYPERMAP_RETURN_IF_ERROR(MoveFile(OrphanPathOf(path), OrphanPathOf(moved)));
+  HYPERMAP_RETURN_IF_ERROR(RemoveSidecars(path));
+  HYPERMAP_RETURN_IF_ERROR(SyncFolder(entry));
+  HYPERMAP_RETURN_IF_ERROR(SyncFolder(FolderOf(path)));
+  // A deletion that is repeated may find nothing to move. A folder with files stays.
+  std::error_code error;
+  std::filesystem::remove(entry, error);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<Trash::Entry>> Trash::FindEntries() const {
+  std::vector<Entry> entries;
+  if (!PathExists(folder_)) return entries;
+  std::error_code error;
+  std::filesystem::directory_iterator entry(folder_, error);
+  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    const std::string path = entry->path().string();
+    struct stat status;
+    if (lstat(path.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) continue;
+    entries.push_back({absl::TimeFromTimespec(status.st_mtim), path});
+  }
+  if (error) return absl::UnavailableError(absl::StrCat(folder_, ": ", error.message()));
+  std::sort(entries.begin(), entries.end(), [](const Entry& a, const Entry& b) {
+    return std::pair(a.since, a.path) < std::pair(b.since, b.path);
+  });
+  return entries;
+}
+
+absl::Status Trash::RemoveOld(absl::Time now) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Entry> entries, FindEntries());
+  for (const Entry& entry : entries) {
+    if (now - entry.since >= age_) HYPERMAP_RETURN_IF_ERROR(RemoveForGood(entry.path));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Trash::RemoveOldest() {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Entry> entries, FindEntries());
+  if (entries.empty()) return absl::NotFoundError(absl::StrCat(folder_, " is empty"));
+  return RemoveForGood(entries.front().path);
+}
+
+}  // namespace hypermap::storage
