@@ -5,18 +5,24 @@
 #   demo/run.sh           runs the tour, leaves the server running and prints further commands
 #   demo/run.sh --exit    runs the tour and stops the server
 #   demo/run.sh --stop    stops the server of an earlier tour
+#   demo/run.sh --brief   starts with the dashboard, asks less, and lets robots explore the west of the
+#                         office only; may be combined with --exit
+#
+# `hypermap demo` runs it from the Debian packages, with --brief.
 #
 # All output is in build/demo, which each tour replaces. The tour needs the programs in build/bin
 # (make build). BUILD_DIR names another build folder, DEMO_AREA another part of the office for the
-# three robots to explore.
+# three robots to explore. DEMO_BIN names another folder of programs, and DEMO_DIR another folder for output.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 
 build=${BUILD_DIR:-build}
-demo=$build/demo
+bin=${DEMO_BIN:-$build/bin}
+demo=${DEMO_DIR:-$build/demo}
+brief=
 address=    # HOST:PORT of the server
 dashboard=  # URL of the dashboard; empty if it is not running
-hypermap=$build/bin/hypermap
+hypermap=$bin/hypermap
 
 fail() {
   echo "demo: $*" >&2
@@ -57,7 +63,7 @@ start() {
   : >"$log"
   # In a session of its own, so that the niceness of the server's long work does not count against
   # other programs (decision 25).
-  setsid nohup "$build/bin/$program" --listen="$listen" "$@" </dev/null >"$log" 2>&1 &
+  setsid nohup "$bin/$program" --listen="$listen" "$@" </dev/null >"$log" 2>&1 &
   pid=$!
   echo "$pid" >"$demo/$program.pid"
   until line=$(grep -m1 "^$program ready on " "$log"); do
@@ -76,8 +82,8 @@ start_server() {
 
 # Starts the gateway, which serves the dashboard and the API for browsers.
 start_dashboard() {
-  if [[ ! -x $build/bin/hypermap-gateway ]]; then
-    printf '\n(Skipped the dashboard: building it requires Node and Go.)\n'
+  if [[ ! -x $bin/hypermap-gateway ]]; then
+    printf '\n(Skipped the dashboard: no hypermap-gateway in %s. Building it requires Node and Go.)\n' "$bin"
     return
   fi
   start hypermap-gateway 127.0.0.1:8080 --server "$address"
@@ -120,7 +126,7 @@ typed() {
 # Prints a command and runs its program in build/bin.
 show() {
   printf '$ %s\n' "$(typed "$@")"
-  "$build/bin/$1" "${@:2}"
+  "$bin/$1" "${@:2}"
 }
 
 # Prints a description and a command of hypermap, and runs the command.
@@ -129,6 +135,12 @@ ask() {
   shift
   printf '$ %s\n' "$(typed hypermap "$@")"
   "$hypermap" "$@"
+}
+
+brief_tour() {
+  ask "What is on the kitchen table?" query point office 12.2 2.9
+  ask "Which cups are nearest to the entrance?" \
+    query nearest office 0.3 6 --value cup -k 3
 }
 
 tour() {
@@ -154,7 +166,7 @@ tour() {
 # Renders the drive of a robot through two rooms, and makes a layer of its observations.
 drive() {
   local rooms=$demo/rooms
-  if [[ ! -x $build/bin/hypermap-ingest || ! -x $build/bin/render_sequence ]]; then
+  if [[ ! -x $bin/hypermap-ingest || ! -x $bin/render_sequence ]]; then
     printf '\n(Skipped the simulated drive: this build has no ingest worker.)\n'
     return
   fi
@@ -178,10 +190,12 @@ drive() {
 # Three simulated robots explore the office. The server chooses their goals.
 explore() {
   local area
-  read -ra area <<<"${DEMO_AREA:-0.2,0.2 14.6,0.2 14.6,11.8 0.2,11.8}"
+  local east=14.6
+  [[ -z $brief ]] || east=5
+  read -ra area <<<"${DEMO_AREA:-0.2,0.2 $east,0.2 $east,11.8 0.2,11.8}"
   local simulate=(hypermap-ingest simulate --server "$address" --map office --occupancy floor
     --objects objects,dock --area "${area[@]}" --robots 3 --seed 1)
-  [[ -x $build/bin/hypermap-ingest ]] || return 0
+  [[ -x $bin/hypermap-ingest ]] || return 0
   echo
   echo "Three simulated robots explore the office up to the loading dock. They know its floor plan,"
   echo "get their goals from the server, and send observations of their cameras. The simulated"
@@ -191,6 +205,7 @@ explore() {
   ask "Show the progress of the exploration:" explore status office
   ask "Compare the objects that they found with the true ones:" \
     eval office --layer found --truth demo/office/objects.geojson
+  [[ -z $brief ]] || return 0
   printf '\n# Explore again, with detection errors and the pose errors of laser localization:\n'
   show "${simulate[@]}" --layer found_noisy --explored explored_noisy --detector noisy --pose amcl
   ask "Compare the objects again:" \
@@ -217,6 +232,19 @@ tour_with_grpcurl() {
 print_next_steps() {
   local option=
   [[ $address == 127.0.0.1:50051 ]] || option=" --server $address"
+  if [[ -n $brief ]]; then
+    cat <<END
+
+The server is running on $address (process $(<"$demo/hypermapd.pid")). More commands:
+  hypermap$option query value office chair
+  hypermap$option layers office
+${dashboard:+Dashboard: $dashboard/?map=office
+}The map is stored in $demo/maps/office.gpkg, a GeoPackage, which QGIS can open.
+To stop the programs:
+  hypermap demo --stop
+END
+    return
+  fi
   cat <<END
 
 The server is running on $address (process $(<"$demo/hypermapd.pid")). More commands:
@@ -233,28 +261,41 @@ To stop the programs:
 END
 }
 
-case ${1:-} in
-  --stop)
-    if earlier hypermapd >/dev/null; then stop_all && echo "stopped"; else echo "not running"; fi
-    exit ;;
-  --exit | '') ;;
-  *) fail "unknown argument $1; usage: demo/run.sh [--exit | --stop]" ;;
-esac
+leave=
+for argument; do
+  case $argument in
+    --stop)
+      if earlier hypermapd >/dev/null; then stop_all && echo "stopped"; else echo "not running"; fi
+      exit ;;
+    --exit) leave=1 ;;
+    --brief) brief=1 ;;
+    *) fail "unknown argument $argument; usage: demo/run.sh [--brief] [--exit | --stop]" ;;
+  esac
+done
 
-[[ -x $hypermap && -x $build/bin/hypermapd ]] ||
-  fail "no programs in $build/bin; run 'make build' first"
+[[ -x $hypermap && -x $bin/hypermapd ]] ||
+  fail "no programs in $bin; run 'make build' or 'apt install hypermap-server' first"
+# $DEMO_DIR may be a folder of something else by mistake.
+[[ ! -e $demo || -e $demo/hypermapd.log ]] || rmdir "$demo" 2>/dev/null ||
+  fail "$demo is no folder of an earlier demo: remove it first"
 stop_all
 rm -rf "$demo"
 mkdir -p "$demo"
 trap stop_all EXIT  # Stops the programs if a step fails.
 start_server
 load_office
-tour
-tour_with_grpcurl
-drive
-explore
-start_dashboard
-if [[ ${1:-} == --exit ]]; then
+if [[ -n $brief ]]; then
+  brief_tour
+  start_dashboard
+  explore
+else
+  tour
+  tour_with_grpcurl
+  drive
+  explore
+  start_dashboard
+fi
+if [[ -n $leave ]]; then
   stop_all
   printf '\nThe programs have been stopped.\n'
 else
