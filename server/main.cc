@@ -32,6 +32,7 @@
 #include "base/status/status_macros.h"
 #include "base/tls/server_credentials.h"
 #include "server/auth/access_control.h"
+#include "server/backup_schedule.h"
 #include "server/capacity.h"
 #include "server/config_file.h"
 #include "server/limit_flags.h"
@@ -74,6 +75,12 @@ ABSL_FLAG(absl::Duration, grace, absl::Seconds(10),
           "Time for requests in flight to finish after SIGTERM or SIGINT");
 ABSL_FLAG(absl::Duration, trash_age, absl::Hours(7 * 24),
           "How long deleted maps stay in DATA_DIR/trash, unless the disk gets full; 0: not at all");
+ABSL_FLAG(
+    std::string, backup_folder, "",
+    "Folder in which the server keeps backups of all maps that it makes by itself; empty: none");
+ABSL_FLAG(absl::Duration, backup_every, absl::Hours(24), "Time between two backups of a map");
+ABSL_FLAG(int, backup_keep, 7,
+          "Number of verified backups of a map that are kept; older ones are removed");
 ABSL_FLAG(int, threads, 0, "Threads for each class of short work; 0: one per core, at least two");
 
 namespace hypermap::server {
@@ -113,6 +120,12 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
   }
   if (absl::GetFlag(FLAGS_trash_age) < absl::ZeroDuration()) {
     return absl::InvalidArgumentError("--trash_age is negative");
+  }
+  if (absl::GetFlag(FLAGS_backup_every) < absl::Seconds(1)) {
+    return absl::InvalidArgumentError("--backup_every must be at least 1s");
+  }
+  if (absl::GetFlag(FLAGS_backup_keep) < 1) {
+    return absl::InvalidArgumentError("--backup_keep must be positive");
   }
   HYPERMAP_RETURN_IF_ERROR(CheckExposure());
   return CheckLimitFlags();
@@ -279,11 +292,19 @@ absl::Status Serve(ShutdownSignals& signals) {
   options.max_calls_per_connection = limits.max_calls_per_connection;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
                             GrpcServer::Start(options, facilities));
+  std::unique_ptr<BackupSchedule> backups;
+  if (const std::string folder = absl::GetFlag(FLAGS_backup_folder); !folder.empty()) {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        backups, BackupSchedule::Start(site.get(), {folder, absl::GetFlag(FLAGS_backup_every),
+                                                    absl::GetFlag(FLAGS_backup_keep)}));
+  }
   // Destroyed before what it reads.
   std::unique_ptr<MetricsListener> metrics;
   if (const std::string address = absl::GetFlag(FLAGS_metrics_listen); !address.empty()) {
     HYPERMAP_ASSIGN_OR_RETURN(
-        metrics, MetricsListener::Start(address, std::make_unique<ServerMetrics>(facilities)));
+        metrics,
+        MetricsListener::Start(address, std::make_unique<ServerMetrics>(
+                                            facilities, backups ? &backups->meters() : nullptr)));
     logging::Log(logging::Level::kInfo, "metrics are served", {{"address", metrics->address()}});
   }
   LogCapacity(capacity, resources.files);

@@ -4,6 +4,7 @@
 
 #include <compare>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <optional>
 #include <string>
@@ -68,6 +69,9 @@ struct LogEntry {
   std::string track;
   std::string body;
 };
+
+// Decodes an entry, and tells whether that is possible: DATA_LOSS if it is not.
+using EvidenceCheck = std::function<absl::Status(const LogEntry&)>;
 
 // The state of the fold over all entries up to and including `key`.
 struct FusionCheckpoint {

@@ -13,6 +13,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
+#include "map/check_report.h"
 #include "map/edits/change.h"
 #include "map/snapshot.h"
 #include "storage/fusion_log.h"
@@ -95,6 +96,17 @@ class MapBackup {
   virtual absl::Status WriteTo(const std::string& path) = 0;
 };
 
+// A check of a map that is about to be made.
+class MapCheck {
+ public:
+  virtual ~MapCheck() = default;
+
+  // Checks the newest stored revision as a whole, and reports all damage. Any thread may call this,
+  // once, while the map's writer goes on. The map may be closed by then. `evidence` may be null.
+  // Errors of CheckCancelled; UNAVAILABLE.
+  virtual absl::StatusOr<CheckReport> Run(const EvidenceCheck& evidence) = 0;
+};
+
 // One map, open for writing in this process alone. One thread at a time, except where a method says
 // otherwise.
 class StoredMap {
@@ -158,6 +170,11 @@ class StoredMap {
     const absl::StatusOr<std::unique_ptr<MapBackup>> backup = OpenBackup();
     return backup.ok() ? (*backup)->WriteTo(path) : backup.status();
   }
+
+  // Begins a check. Errors as OpenBackup; UNIMPLEMENTED if the store can't check.
+  virtual absl::StatusOr<std::unique_ptr<MapCheck>> OpenCheck() {
+    return absl::UnimplementedError("this store can't check its maps");
+  }
 };
 
 // A set of maps of which this process is the only writer. Thread safe.
@@ -189,6 +206,23 @@ class MapStore {
   // Removes deleted maps for good that have been in the store's trash for long enough, or whose
   // space is needed. To be called from time to time; waits for the disk.
   virtual absl::Status RemoveOldTrash(absl::Time /*now*/) { return absl::OkStatus(); }
+
+  // Checks a file that is not a map of the store, such as a copy by MapBackup, as MapCheck::Run
+  // does. A file of an older schema version is migrated before. FAILED_PRECONDITION if it is not a
+  // map. REQUIRES: nobody else uses the file.
+  virtual absl::StatusOr<CheckReport> CheckFile(const std::string& /*path*/,
+                                                const EvidenceCheck& /*evidence*/) {
+    return absl::UnimplementedError("this store can't check files");
+  }
+
+  // Makes a file that CheckFile found to be clean the map of this name, of another incarnation,
+  // created by the request. A map of that name is removed as by Delete before; after an error it
+  // may be gone. FAILED_PRECONDITION if that map is open. REQUIRES: the file is in the file system
+  // of the store, and nobody else uses it.
+  virtual absl::Status Restore(const std::string& /*path*/, const std::string& /*name*/,
+                               const std::string& /*request_id*/) {
+    return absl::UnimplementedError("this store can't restore maps");
+  }
 
   // The name of the map that the request deleted; nullopt when it deleted none.
   virtual absl::StatusOr<std::optional<std::string>> FindDeletion(

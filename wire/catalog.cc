@@ -8,6 +8,22 @@
 
 namespace hypermap::wire {
 
+void EncodeFinding(const Finding& finding, v1::Finding* message) {
+  message->set_table(finding.table);
+  message->set_row(finding.row);
+  message->set_problem(finding.problem);
+  message->set_can_be_rebuilt(finding.can_be_rebuilt);
+}
+
+CheckReport DecodeCheckReport(const v1::CheckMapResponse& message) {
+  CheckReport report{message.revision(), {}, message.more()};
+  for (const v1::Finding& finding : message.findings()) {
+    report.findings.push_back(
+        {finding.table(), finding.row(), finding.problem(), finding.can_be_rebuilt()});
+  }
+  return report;
+}
+
 void EncodeMapEntry(const MapEntry& entry, v1::Map* message) {
   message->set_name(entry.name);
   if (!entry.problem.empty()) return message->set_problem(entry.problem);

@@ -7,9 +7,13 @@
 #include "hypermap/v1/catalog_service.pb.h"
 #include "hypermap/v1/layer.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
+#include "map/check_report.h"
 #include "map/entries.h"
 
 namespace hypermap::wire {
+
+void EncodeFinding(const Finding& finding, v1::Finding* message);
+CheckReport DecodeCheckReport(const v1::CheckMapResponse& message);
 
 // An entry of a map that can't be opened has only its name and the problem.
 void EncodeMapEntry(const MapEntry& entry, v1::Map* message);

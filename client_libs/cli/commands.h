@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "client_libs/cli/output.h"
+#include "client_libs/cli/run.h"
 #include "client_libs/cpp/client.h"
 
 namespace hypermap::cli {
@@ -21,6 +22,9 @@ struct Session {
   Output& output;
   // Maximum duration of a command.
   absl::Duration timeout;
+  // Exit codes of the program if the command succeeds, and if it fails.
+  int exit_code = kExitOk;
+  int failure_code = kExitError;
 };
 
 using Command = std::function<absl::Status(Session&)>;
@@ -28,8 +32,11 @@ using Command = std::function<absl::Status(Session&)>;
 // Adds maps, map, layers, layer, alias, transforms, transform. `selected` must outlive the parser.
 void AddCatalogCommands(CLI::App& app, Command& selected);
 
-// Adds import, edit, export, backup.
+// Adds import, edit, export, backup, restore.
 void AddTransferCommands(CLI::App& app, Command& selected);
+
+// Adds check.
+void AddCheckCommand(CLI::App& app, Command& selected);
 
 // Adds query point, points, area, value, nearest.
 void AddQueryCommands(CLI::App& app, Command& selected);

@@ -148,6 +148,25 @@ Json EventJson(const client::ObjectEvent& event) {
   return json;
 }
 
+Json CheckedJson(const CheckedMap& map) {
+  Json findings = Json::array();
+  for (const client::Finding& finding : map.report.findings) {
+    findings.push_back({{"table", finding.table},
+                        {"row", finding.row},
+                        {"problem", finding.problem},
+                        {"can_be_rebuilt", finding.can_be_rebuilt}});
+  }
+  Json json = {{"map", map.name},
+               {"revision", map.report.revision},
+               {"findings", std::move(findings)},
+               {"more", map.report.more}};
+  if (!map.copy.empty()) {
+    json["repaired"] = map.num_repaired;
+    json["copy"] = map.copy;
+  }
+  return json;
+}
+
 std::string UtcText(absl::Time time) {
   return absl::FormatTime(absl::RFC3339_sec, time, absl::UTCTimeZone());
 }
@@ -228,6 +247,12 @@ class JsonOutput : public Output {
       SetExpiry(caller.expires, &json);
     }
     Print(json);
+  }
+
+  void Show(const std::vector<CheckedMap>& maps) override {
+    Json list = Json::array();
+    for (const CheckedMap& map : maps) list.push_back(CheckedJson(map));
+    Print({{"checked", std::move(list)}});
   }
 
   void Show(const CreatedToken& token) override {

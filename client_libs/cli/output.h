@@ -32,6 +32,14 @@ struct WrittenFiles {
   std::vector<std::string> omissions;
 };
 
+// A stored map that was checked, and perhaps repaired.
+struct CheckedMap {
+  std::string name;  // or path
+  client::CheckReport report;
+  int64_t num_repaired = 0;  // findings that a repair has removed
+  std::string copy;          // the path of the file as it was before a repair, or empty
+};
+
 // The comparison of a layer with the ground truth.
 struct EvaluationReport {
   std::string map;
@@ -107,6 +115,7 @@ class Output {
   virtual void Show(const WrittenFiles& files) = 0;
   virtual void Show(const Done& done) = 0;
   virtual void Show(const client::CallerAnswer& caller) = 0;
+  virtual void Show(const std::vector<CheckedMap>& maps) = 0;
   // A table prints nothing but the token, so that a script can take it.
   virtual void Show(const CreatedToken& token) = 0;
   virtual void Show(const RevokedToken& token) = 0;

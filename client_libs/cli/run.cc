@@ -65,8 +65,9 @@ void FallThroughEverywhere(CLI::App& app) {
   for (CLI::App* subcommand : app.get_subcommands({})) FallThroughEverywhere(*subcommand);
 }
 
+// `exit_code` becomes that of the program, also after an error.
 absl::Status Execute(const GlobalOptions& options, const Command& command, std::istream& in,
-                     std::ostream& out) {
+                     std::ostream& out, int* exit_code) {
   absl::Duration timeout;
   if (!absl::ParseDuration(options.timeout, &timeout) || timeout == absl::ZeroDuration()) {
     timeout = absl::InfiniteDuration();
@@ -79,12 +80,15 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
   std::unique_ptr<Output> output = options.json ? MakeJsonOutput(out) : MakeTableOutput(out);
   Session session{client, in, *output, timeout};
   const absl::Status status = command(session);
+  *exit_code = status.ok() ? session.exit_code : session.failure_code;
   if (absl::IsUnavailable(status)) {
     return absl::UnavailableError(
         absl::StrCat("server ", options.connection.server, ": ", status.message()));
   }
   HYPERMAP_RETURN_IF_ERROR(status);
-  return out.flush() ? absl::OkStatus() : absl::DataLossError("the output could not be written");
+  if (out.flush()) return absl::OkStatus();
+  *exit_code = session.failure_code;
+  return absl::DataLossError("the output could not be written");
 }
 
 int Fail(std::ostream& err, const std::string& message, int exit_code) {
@@ -101,6 +105,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddGlobalOptions(app, options);
   AddCatalogCommands(app, command);
   AddTransferCommands(app, command);
+  AddCheckCommand(app, command);
   AddQueryCommands(app, command);
   AddWatchCommands(app, command);
   AddIngestCommands(app, command);
@@ -131,12 +136,13 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
     return Fail(err, absl::StrCat(error.what(), " (see hypermap --help)"), kExitUsage);
   }
 
-  const absl::Status status = Execute(options, command, in, out);
-  if (status.ok()) return kExitOk;
+  int exit_code = kExitError;
+  const absl::Status status = Execute(options, command, in, out, &exit_code);
+  if (status.ok()) return exit_code;
   return Fail(err,
               absl::StrCat(absl::StatusCodeToString(status.code()), ": ",
                            absl::string_view(status.message())),
-              kExitError);
+              exit_code);
 }
 
 }  // namespace hypermap::cli

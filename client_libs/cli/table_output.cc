@@ -130,6 +130,25 @@ class TableOutput : public Output {
     table.Print(out_);
   }
 
+  void Show(const std::vector<CheckedMap>& maps) override {
+    TextTable table({"MAP", "TABLE", "ROW", "PROBLEM", "REPAIR"});
+    for (const CheckedMap& map : maps) {
+      for (const client::Finding& finding : map.report.findings) {
+        table.AddRow({map.name, finding.table, finding.row, finding.problem,
+                      finding.can_be_rebuilt ? "can be rebuilt" : "from a backup"});
+      }
+    }
+    if (!table.empty()) table.Print(out_);
+    for (const CheckedMap& map : maps) {
+      const auto num = static_cast<int64_t>(map.report.findings.size()) + map.report.more;
+      out_ << map.name << ": " << (num == 0 ? "nothing is wrong" : Counted(num, "finding"));
+      if (!map.copy.empty()) {
+        out_ << ", " << map.num_repaired << " repaired (the file before: " << map.copy << ")";
+      }
+      out_ << ", revision " << map.report.revision << '\n';
+    }
+  }
+
   void Show(const CreatedToken& token) override { out_ << token.text << '\n'; }
 
   void Show(const RevokedToken& token) override { out_ << "token " << token.id << " revoked\n"; }

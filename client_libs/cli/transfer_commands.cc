@@ -1,5 +1,7 @@
-// import, edit, export, backup.
+// import, edit, export, backup, restore.
+#include <cerrno>
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -41,6 +43,12 @@ struct ExportCommand {
   std::string image;
   ExportFormat format;
   client::ExportOptions options;
+};
+
+struct RestoreCommand {
+  std::string path;
+  std::string map;
+  bool replace = false;
 };
 
 // Returns the value. An error here is an error of usage.
@@ -101,6 +109,15 @@ absl::Status Backup(const std::string& map, const std::string& path, Session& s)
   HYPERMAP_RETURN_IF_ERROR(reader.status());
   HYPERMAP_RETURN_IF_ERROR(file->Commit());
   s.output.Show(WrittenFiles{.map = map, .paths = {path}});
+  return absl::OkStatus();
+}
+
+absl::Status Restore(const RestoreCommand& command, Session& s) {
+  std::ifstream file(command.path, std::ios::binary);
+  if (!file) return absl::ErrnoToStatus(errno, command.path);
+  HYPERMAP_ASSIGN_OR_RETURN(const client::MapEntry map,
+                            s.client.RestoreMap(command.map, file, command.replace));
+  s.output.Show(Done{map.name, "restored", "", map.revision});
   return absl::OkStatus();
 }
 
@@ -219,6 +236,23 @@ void AddBackup(CLI::App& app, Command& selected) {
   });
 }
 
+void AddRestore(CLI::App& app, Command& selected) {
+  auto command = std::make_shared<RestoreCommand>();
+  CLI::App* restore =
+      app.add_subcommand("restore", "Make a backup a map of the server, which checks it before");
+  restore->add_option("file", command->path, "File of hypermap backup")
+      ->required()
+      ->type_name("FILE");
+  restore->add_option("--map", command->map,
+                      "Name of the map (default: the file's name without .gpkg)");
+  restore->add_flag("--replace", command->replace,
+                    "Delete the map of that name before, if there is one");
+  restore->callback([&selected, command] {
+    if (command->map.empty()) command->map = std::filesystem::path(command->path).stem().string();
+    selected = [command](Session& s) { return Restore(*command, s); };
+  });
+}
+
 }  // namespace
 
 void AddTransferCommands(CLI::App& app, Command& selected) {
@@ -226,6 +260,7 @@ void AddTransferCommands(CLI::App& app, Command& selected) {
   AddEdit(app, selected);
   AddExport(app, selected);
   AddBackup(app, selected);
+  AddRestore(app, selected);
 }
 
 }  // namespace hypermap::cli

@@ -8,6 +8,7 @@
 
 #include "absl/time/time.h"
 #include "base/identity/role.h"
+#include "map/check_report.h"
 #include "map/entries.h"
 #include "map/frames/frame_tree.h"
 #include "map/objects/semantic_object.h"
@@ -17,6 +18,8 @@
 
 namespace hypermap::client {
 
+using hypermap::CheckReport;
+using hypermap::Finding;
 using hypermap::LayerEntry;
 using hypermap::MapEntry;
 using hypermap::RevisionRecord;

@@ -14,6 +14,7 @@
 #define HYPERMAP_CLIENT_LIBS_CPP_CLIENT_H_
 
 #include <cstdint>
+#include <istream>
 #include <memory>
 #include <optional>
 #include <string>
@@ -148,6 +149,12 @@ class Client {
                                          const CallOptions& options = {});
   // Reads the stored map, which is a GeoPackage.
   ByteReader BackupMap(const std::string& map, const CallOptions& options = {});
+  // Checks the stored map as a whole. What is wrong is the answer, not an error.
+  absl::StatusOr<CheckReport> CheckMap(const std::string& map, const CallOptions& options = {});
+  // Makes a backup a map, in place of the one of that name if `replace`. `backup` is read to its
+  // end, from its beginning at each attempt.
+  absl::StatusOr<MapEntry> RestoreMap(const std::string& map, std::istream& backup, bool replace,
+                                      const CallOptions& options = {});
 
   // c^(p, I): what is at this point?
   absl::StatusOr<PointAnswer> QueryPoint(const std::string& map, const Point& p,

@@ -1,5 +1,6 @@
-// File calls of Client: import, export, backup.
+// File calls of Client: import, export, backup, check, restoration.
 #include <algorithm>
+#include <istream>
 #include <memory>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/grpc_part_stream.h"
+#include "wire/catalog.h"
 #include "wire/file_format.h"
 
 namespace hypermap::client {
@@ -70,6 +72,30 @@ grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, const Deadline& dea
   return reader->Finish();
 }
 
+// One attempt of a restoration.
+grpc::Status SendBackup(v1::CatalogService::Stub& catalog, const Deadline& deadline,
+                        const v1::RestoreMapRequest& first, std::istream& backup,
+                        v1::RestoreMapResponse* response) {
+  const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
+  response->Clear();
+  backup.clear();
+  backup.seekg(0);
+  const std::unique_ptr<grpc::ClientWriter<v1::RestoreMapRequest>> writer =
+      catalog.RestoreMap(context.get(), response);
+  bool sending = writer->Write(first);
+  while (sending && backup) {
+    v1::RestoreMapRequest message;
+    std::string& data = *message.mutable_data();
+    data.resize(kChunkBytes);
+    backup.read(data.data(), kChunkBytes);
+    data.resize(static_cast<size_t>(backup.gcount()));
+    if (!data.empty()) sending = writer->Write(message);
+  }
+  if (backup.bad()) context->TryCancel();
+  writer->WritesDone();
+  return writer->Finish();
+}
+
 absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse&& message) {
   return std::move(*message.mutable_data());
 }
@@ -130,6 +156,35 @@ ByteReader Client::BackupMap(const std::string& map, const CallOptions& options)
   return ByteReader(MakeGrpcPartStream(connection_, connection_->catalog(),
                                        &v1::CatalogService::Stub::BackupMap, std::move(request),
                                        options, &TakeBytes));
+}
+
+absl::StatusOr<CheckReport> Client::CheckMap(const std::string& map, const CallOptions& options) {
+  v1::CheckMapRequest request;
+  request.set_map(map);
+  const absl::StatusOr<v1::CheckMapResponse> response = connection_->Call(
+      connection_->catalog(), &v1::CatalogService::Stub::CheckMap, request, options);
+  if (!response.ok()) return response.status();
+  return wire::DecodeCheckReport(*response);
+}
+
+absl::StatusOr<MapEntry> Client::RestoreMap(const std::string& map, std::istream& backup,
+                                            bool replace, const CallOptions& options) {
+  v1::RestoreMapRequest first;
+  v1::RestoreHeader& header = *first.mutable_header();
+  header.set_map(map);
+  header.set_replace(replace);
+  header.set_request_id(RequestIdOf(options));
+  header.set_incarnation(options.incarnation);
+  const Deadline deadline = connection_->DeadlineOf(options);
+  Retries retries = connection_->RetriesOf(options, deadline);
+  v1::RestoreMapResponse response;
+  grpc::Status status = SendBackup(connection_->catalog(), deadline, first, backup, &response);
+  while (retries.ShallTryAgain(status)) {
+    status = SendBackup(connection_->catalog(), deadline, first, backup, &response);
+  }
+  if (backup.bad()) return absl::DataLossError("the backup can't be read");
+  if (!status.ok()) return wire::DecodeStatus(status);
+  return wire::DecodeMapEntry(response.map());
 }
 
 }  // namespace hypermap::client

@@ -180,6 +180,30 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
     return server_.script_.status;
   }
 
+  grpc::Status CheckMap(grpc::ServerContext*, const v1::CheckMapRequest* request,
+                        v1::CheckMapResponse* response) override {
+    if (server_.Note("CheckMap", *request)) return kOutage;
+    *response = server_.script_.check;
+    return server_.script_.status;
+  }
+
+  grpc::Status RestoreMap(grpc::ServerContext*, grpc::ServerReader<v1::RestoreMapRequest>* reader,
+                          v1::RestoreMapResponse* response) override {
+    bool out = false;
+    v1::RestoreMapRequest message;
+    std::string data;
+    while (reader->Read(&message)) {
+      data += message.data();
+      if (!message.has_header()) continue;
+      out = server_.Note("RestoreMap", message.header());
+      response->mutable_map()->set_name(message.header().map());
+    }
+    if (out) return kOutage;
+    const MutexLock lock(&server_.mutex_);
+    server_.imported_data_ = data;
+    return server_.script_.status;
+  }
+
  private:
   ScriptedServer& server_;
 };

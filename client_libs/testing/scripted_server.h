@@ -47,6 +47,7 @@ struct Script {
   v1::ImportMapResponse import;
   std::vector<v1::ExportMapResponse> export_parts;
   std::vector<std::string> backup_pieces;
+  v1::CheckMapResponse check;
   v1::QueryPointResponse point;
   int64_t revision = 1;
   std::vector<v1::LayerPart> parts;

@@ -19,6 +19,7 @@ constexpr RpcInfo kRpcs[] = {
     {Rpc::kGetCaller, kAccessService, "GetCaller", Role::kReader},
     // A backup has all of the history.
     {Rpc::kBackupMap, kCatalogService, "BackupMap", Role::kAdmin},
+    {Rpc::kCheckMap, kCatalogService, "CheckMap", Role::kAdmin},
     {Rpc::kCreateLayer, kCatalogService, "CreateLayer", Role::kEditor},
     {Rpc::kCreateMap, kCatalogService, "CreateMap", Role::kAdmin},
     {Rpc::kDeleteLayer, kCatalogService, "DeleteLayer", Role::kEditor},
@@ -32,6 +33,8 @@ constexpr RpcInfo kRpcs[] = {
     // Lists the maps that the caller may see.
     {Rpc::kListMaps, kCatalogService, "ListMaps", Role::kReader},
     {Rpc::kListTransforms, kCatalogService, "ListTransforms", Role::kReader},
+    // Replaces all of a map.
+    {Rpc::kRestoreMap, kCatalogService, "RestoreMap", Role::kAdmin},
     {Rpc::kSetTransform, kCatalogService, "SetTransform", Role::kEditor},
     {Rpc::kApplyEdits, kEditService, "ApplyEdits", Role::kEditor},
     {Rpc::kClaimGoal, kExplorationService, "ClaimGoal", Role::kRobot},

@@ -15,6 +15,7 @@ enum class Rpc {
   kGetCaller,
   // hypermap.v1.CatalogService
   kBackupMap,
+  kCheckMap,
   kCreateLayer,
   kCreateMap,
   kDeleteLayer,
@@ -26,6 +27,7 @@ enum class Rpc {
   kListLayers,
   kListMaps,
   kListTransforms,
+  kRestoreMap,
   kSetTransform,
   // hypermap.v1.EditService
   kApplyEdits,

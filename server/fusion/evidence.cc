@@ -38,6 +38,11 @@ absl::StatusOr<Evidence> DecodeEvidence(const storage::LogEntry& entry,
                       fusion::OperatorFact{kind, entry.track, *std::move(object)})};
 }
 
+storage::EvidenceCheck CheckBy(const EvidenceCodec& codec) {
+  if (!codec.decode_observation) return nullptr;
+  return [codec](const storage::LogEntry& entry) { return DecodeEvidence(entry, codec).status(); };
+}
+
 storage::LoggedFact EncodeFact(const storage::LogKey& key, const fusion::OperatorFact& fact,
                                const EvidenceCodec& codec) {
   const bool pin = fact.kind == fusion::OperatorFact::Kind::kPin;

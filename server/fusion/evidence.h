@@ -21,6 +21,9 @@ struct Evidence {
 // DATA_LOSS naming the entry if it is damaged.
 absl::StatusOr<Evidence> DecodeEvidence(const storage::LogEntry& entry, const EvidenceCodec& codec);
 
+// Checks stored entries by decoding them. Null if the codec is empty.
+storage::EvidenceCheck CheckBy(const EvidenceCodec& codec);
+
 storage::LoggedFact EncodeFact(const storage::LogKey& key, const fusion::OperatorFact& fact,
                                const EvidenceCodec& codec);
 

@@ -4,6 +4,7 @@
 #include <string>
 #include <utility>
 
+#include "absl/time/time.h"
 #include "base/access/refusal.h"
 #include "base/limits/limits.h"
 #include "map/content_bytes.h"
@@ -13,6 +14,7 @@
 #include "server/metrics/families.h"
 #include "server/metrics/process_metrics.h"
 #include "server/rpc/rpc_meters.h"
+#include "server/session/backup_meters.h"
 #include "server/session/map_session.h"
 #include "server/session/session_meters.h"
 #include "server/session/site.h"
@@ -153,6 +155,22 @@ void AddAuthFailures(const RpcMeters& meters, std::vector<MetricFamily>& out) {
   out.push_back(std::move(failures));
 }
 
+void AddBackups(const BackupMeters& backups, std::vector<MetricFamily>& out) {
+  Family total("hypermap_backups_total", "Scheduled backups, by map and result.",
+               MetricType::Counter);
+  Family newest("hypermap_backup_newest_timestamp_seconds",
+                "Time of the newest verified backup since the start of the server.",
+                MetricType::Gauge);
+  for (const auto& [map, of_map] : backups.Read()) {
+    total.Add({{"map", map}, {"result", "verified"}}, static_cast<double>(of_map.verified));
+    total.Add({{"map", map}, {"result", "failed"}}, static_cast<double>(of_map.failed));
+    if (of_map.verified == 0) continue;
+    newest.Add({{"map", map}}, static_cast<double>(absl::ToUnixSeconds(of_map.newest)));
+  }
+  out.push_back(std::move(total));
+  out.push_back(std::move(newest));
+}
+
 }  // namespace
 
 std::vector<MetricFamily> ServerMetrics::Collect() const {
@@ -164,6 +182,7 @@ std::vector<MetricFamily> ServerMetrics::Collect() const {
   AddMaps(*facilities_.site, out);
   AddBudgets(*facilities_.budgets, facilities_.limits, out);
   AddAuthFailures(*facilities_.meters, out);
+  if (backups_ != nullptr) AddBackups(*backups_, out);
   AddProcess(out);
   return out;
 }

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "server/rpc/facilities.h"
+#include "server/session/backup_meters.h"
 
 namespace hypermap::server {
 
@@ -15,13 +16,15 @@ namespace hypermap::server {
 // metrics are those of go-grpc-middleware, for which there are dashboards. Thread safe.
 class ServerMetrics final : public prometheus::Collectable {
  public:
-  // What `facilities` points to must outlive this.
-  explicit ServerMetrics(const Facilities& facilities) : facilities_(facilities) {}
+  // What `facilities` points to must outlive this, and so must `backups`, which may be null.
+  ServerMetrics(const Facilities& facilities, const BackupMeters* backups)
+      : facilities_(facilities), backups_(backups) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override;
 
  private:
   const Facilities facilities_;
+  const BackupMeters* const backups_;
 };
 
 }  // namespace hypermap::server

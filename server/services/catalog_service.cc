@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/status/status_macros.h"
+#include "map/check_report.h"
 #include "map/layers/layer_registry.h"
 #include "server/rpc/call_context.h"
 #include "server/rpc/map_message.h"
@@ -14,6 +15,7 @@
 #include "server/services/backup_source.h"
 #include "server/services/export_source.h"
 #include "server/services/import_call.h"
+#include "server/services/restore_call.h"
 #include "wire/catalog.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
@@ -276,6 +278,34 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
       CheckRequestSize(*request, FixedLimits::kMaxRequestBytes));
   answer->BeginOnWorker();
   return answer;
+}
+
+grpc::ServerUnaryReactor* CatalogService::CheckMap(grpc::CallbackServerContext* context,
+                                                   const grpc::ByteBuffer* request,
+                                                   grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::CheckMapRequest, v1::CheckMapResponse>(
+      facilities_.door(), context, Rpc::kCheckMap, {request, response});
+  return AnswerOn(&facilities_.workers->files, call, [this, call]() -> absl::StatusOr<int64_t> {
+    const std::string& map = call->request().map();
+    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session, FindMap(facilities_, map));
+    HYPERMAP_ASSIGN_OR_RETURN(const CheckReport report, session->Check());
+    v1::CheckMapResponse* const answer = call->response();
+    answer->set_map(map);
+    answer->set_revision(report.revision);
+    answer->set_incarnation(session->incarnation());
+    answer->set_more(report.more);
+    for (const Finding& finding : report.findings) {
+      v1::Finding* const encoded = answer->add_findings();
+      wire::EncodeFinding(finding, encoded);
+      HYPERMAP_RETURN_IF_ERROR(ReservePart(*call, *encoded));
+    }
+    return answer->findings_size();
+  });
+}
+
+grpc::ServerReadReactor<grpc::ByteBuffer>* CatalogService::RestoreMap(
+    grpc::CallbackServerContext* context, grpc::ByteBuffer* response) {
+  return new RestoreCall(context, &facilities_, response);
 }
 
 }  // namespace hypermap::server

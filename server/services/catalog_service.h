@@ -25,12 +25,14 @@ class CatalogService
                                       v1::CatalogService::WithRawCallbackMethod_SetTransform<
                                           v1::CatalogService::WithRawCallbackMethod_ListTransforms<
                                               v1::CatalogService::WithRawCallbackMethod_ImportMap<
-                                                  v1::CatalogService::
-                                                      WithRawCallbackMethod_ExportMap<
-                                                          v1::CatalogService::
-                                                              WithRawCallbackMethod_BackupMap<
+                                                  v1::CatalogService::WithRawCallbackMethod_ExportMap<
+                                                      v1::CatalogService::
+                                                          WithRawCallbackMethod_BackupMap<
+                                                              v1::CatalogService::WithRawCallbackMethod_CheckMap<
                                                                   v1::CatalogService::
-                                                                      CallbackService>>>>>>>>>>>>> {
+                                                                      WithRawCallbackMethod_RestoreMap<
+                                                                          v1::CatalogService::
+                                                                              CallbackService>>>>>>>>>>>>>>> {
  public:
   explicit CatalogService(const Facilities& facilities) : facilities_(facilities) {}
 
@@ -70,6 +72,11 @@ class CatalogService
                                                         const grpc::ByteBuffer* request) override;
   grpc::ServerWriteReactor<grpc::ByteBuffer>* BackupMap(grpc::CallbackServerContext* context,
                                                         const grpc::ByteBuffer* request) override;
+  grpc::ServerUnaryReactor* CheckMap(grpc::CallbackServerContext* context,
+                                     const grpc::ByteBuffer* request,
+                                     grpc::ByteBuffer* response) override;
+  grpc::ServerReadReactor<grpc::ByteBuffer>* RestoreMap(grpc::CallbackServerContext* context,
+                                                        grpc::ByteBuffer* response) override;
 
  private:
   absl::Status MakeMap(const CallContext& context, const v1::CreateMapRequest& request,

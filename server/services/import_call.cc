@@ -9,8 +9,6 @@
 #include "base/cancellation/cancellation.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
-#include "base/status/unless_memory_fails.h"
-#include "server/rpc/raw_messages.h"
 #include "server/services/map_files.h"
 
 namespace hypermap::server {
@@ -27,65 +25,14 @@ constexpr int64_t kLargeImportBytes = 8 << 20;
 
 ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* facilities,
                        grpc::ByteBuffer* response)
-    : facilities_(facilities),
-      encoded_response_(response),
-      context_(facilities->door(), context, Rpc::kImportMap),
-      ticket_(context_.ticket()),
+    : UploadCall(context, facilities, response, Rpc::kImportMap),
       files_(*facilities, context_.peer()) {
-  if (context_.admitted().ok()) {
-    ReadNext();
-  } else {
-    End(context_.admitted());
-  }
+  Begin();
 }
 
-void ImportCall::ReadNext() { StartRead(&read_); }
-
-void ImportCall::OnReadDone(bool ok) {
-  if (!ok) {
-    facilities_->workers->files.Run(context_.peer(), [this] {
-      const absl::Status status = UnlessMemoryFails([this] { return Import(); });
-      if (files_.bytes() >= kLargeImportBytes) admission::ReturnFreedMemory();
-      End(status);
-    });
-    return;
-  }
-  facilities_->workers->uploads.Run(context_.peer(), [this, charged = ChargeMessage()] {
-    const absl::Status status =
-        charged.ok() ? UnlessMemoryFails([this] { return TakeMessage(); }) : charged;
-    // Removing the files may take long, too.
-    if (!status.ok()) return End(status);
-    ReadNext();
-  });
-}
-
-void ImportCall::OnDone() {
-  ticket_.LookForCancellation();
-  delete this;
-}
-
-absl::Status ImportCall::ChargeMessage() {
-  ticket_.Received(read_);
-  const int64_t cost = CallTicket::CostOnArrival(v1::ImportMapRequest::default_instance(), read_);
-  HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
-  message_cost_ = cost;
-  return absl::OkStatus();
-}
-
-absl::Status ImportCall::TakeMessage() {
-  HYPERMAP_RETURN_IF_ERROR(context_.CheckWanted());
-  v1::ImportMapRequest message;
-  if (!IsSmallRequest(read_)) {
-    const int64_t cost = CallTicket::CostOfRequest(message, read_);
-    ticket_.FreeMemory(std::exchange(message_cost_, 0));
-    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
-    message_cost_ = cost;
-  }
-  absl::Status status = ParseRequest(read_, &message);
-  read_.Clear();
-  if (status.ok()) status = Take(std::move(message));
-  ticket_.FreeMemory(std::exchange(message_cost_, 0));
-  return status;
+void ImportCall::RemoveFiles() {
+  if (files_.bytes() >= kLargeImportBytes) admission::ReturnFreedMemory();
+  files_.Remove();
 }
 
 absl::Status ImportCall::Take(v1::ImportMapRequest message) {
@@ -108,7 +55,7 @@ absl::Status ImportCall::Take(v1::ImportMapRequest message) {
   return absl::OkStatus();
 }
 
-absl::Status ImportCall::Import() {
+absl::Status ImportCall::CarryOut() {
   // A cancelled stream ends like a complete one, but the files are not complete.
   Cancellation cancellation([this] { return context_.CheckWanted(); });
   const ScopedCancellation here(&cancellation);
@@ -179,16 +126,6 @@ absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
                         std::move(digest)};
   submission.host = ticket_.client();
   return session.SubmitAndWait(std::move(submission));
-}
-
-void ImportCall::End(const absl::Status& status) {
-  if (status.ok()) {
-    const grpc::Slice slice = Serialize(response_);
-    grpc::ByteBuffer(&slice, 1).Swap(encoded_response_);
-  }
-  files_.Remove();
-  const grpc::Status encoded = context_.End(status, response_.layers_size());
-  Finish(encoded);
 }
 
 }  // namespace hypermap::server

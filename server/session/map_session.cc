@@ -16,6 +16,7 @@
 #include "base/sync/mutex.h"
 #include "base/sync/start_thread.h"
 #include "map/content_bytes.h"
+#include "server/fusion/evidence.h"
 #include "server/session/submission_size.h"
 
 namespace hypermap::server {
@@ -270,6 +271,16 @@ absl::Status MapSession::BackupTo(const std::string& path,
   });
   HYPERMAP_RETURN_IF_ERROR(opened);
   return backup->WriteTo(path);
+}
+
+absl::StatusOr<CheckReport> MapSession::Check() {
+  std::unique_ptr<storage::MapCheck> check;
+  const absl::Status opened = RunOnWriter([&]() -> absl::Status {
+    HYPERMAP_ASSIGN_OR_RETURN(check, stored_->OpenCheck());
+    return absl::OkStatus();
+  });
+  HYPERMAP_RETURN_IF_ERROR(opened);
+  return check->Run(CheckBy(options_.fusion.codec));
 }
 
 absl::StatusOr<std::optional<storage::Receipt>> MapSession::FindReceipt(

@@ -30,6 +30,7 @@
 #include "base/limits/limits.h"
 #include "base/sync/mutex.h"
 #include "base/time/server_clock.h"
+#include "map/check_report.h"
 #include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
@@ -146,6 +147,10 @@ class MapSession {
   // there is no copy. Errors as StoredMap::BackupTo and Submit.
   absl::Status BackupTo(const std::string& path,
                         absl::FunctionRef<absl::Status(int64_t most_bytes)> reserve);
+
+  // Checks the newest stored revision as a whole, on this thread: edits wait only until its files
+  // are open. Errors as StoredMap::OpenCheck, MapCheck::Run and Submit.
+  absl::StatusOr<CheckReport> Check();
 
   // Refuses new submissions, finishes and answers the accepted ones, and closes the stored map.
   // Must be called by one thread at a time; a second call does nothing.

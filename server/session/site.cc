@@ -12,6 +12,7 @@
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
 #include "map/layers/layer_spec.h"
+#include "server/fusion/evidence.h"
 #include "server/session/same_request.h"
 
 namespace hypermap::server {
@@ -280,8 +281,7 @@ absl::Status Site::CheckGone(const std::string& map, const std::string& request_
                    "\"; the present one was made since and is not deleted"));
 }
 
-absl::Status Site::DeleteReserved(const std::string& map, const std::string& request_id,
-                                  uint64_t incarnation) {
+absl::StatusOr<bool> Site::TakeOut(const std::string& map, uint64_t incarnation) {
   std::shared_ptr<MapSession> session;
   bool was_without_room = false;
   {
@@ -298,15 +298,69 @@ absl::Status Site::DeleteReserved(const std::string& map, const std::string& req
   }
   // Answers the accepted submissions. Calls that hold a snapshot keep it.
   if (session) session->Close();
+  return was_without_room;
+}
+
+void Site::PutBack(const std::string& map, bool without_room) {
+  if (without_room) {
+    ListWithoutRoom(map);
+  } else {
+    OpenMap(map);
+  }
+  MutexLock lock(&mutex_);
+  --num_changing_;
+}
+
+absl::Status Site::DeleteReserved(const std::string& map, const std::string& request_id,
+                                  uint64_t incarnation) {
+  HYPERMAP_ASSIGN_OR_RETURN(const bool was_without_room, TakeOut(map, incarnation));
   absl::Status status = store_->Delete(map, request_id);
-  if (!status.ok() && was_without_room) ListWithoutRoom(map);
-  if (!status.ok() && !was_without_room) OpenMap(map);
-  {
+  if (status.ok()) {
     MutexLock lock(&mutex_);
     --num_changing_;
+  } else {
+    PutBack(map, was_without_room);
   }
   OpenMoreMaps();
   return status;
+}
+
+absl::StatusOr<CheckReport> Site::CheckFile(const std::string& path) {
+  return store_->CheckFile(path, CheckBy(options_.fusion.codec));
+}
+
+absl::StatusOr<std::shared_ptr<MapSession>> Site::Restore(const Restoration& restoration) {
+  const std::string& map = restoration.map;
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map));
+  HYPERMAP_RETURN_IF_ERROR(Reserve(map));
+  const absl::Cleanup release = [&] { Release(map); };
+
+  const auto existing = Find(map);
+  const bool exists = !absl::IsNotFound(existing.status());
+  const bool same_id = existing.ok() && !restoration.request_id.empty() &&
+                       (*existing)->header().request_id == restoration.request_id;
+  if (same_id) return existing;
+  if (exists && !restoration.replace) {
+    return absl::AlreadyExistsError(absl::StrCat("there already is a map \"", map, "\""));
+  }
+  if (!exists && restoration.incarnation != 0) {
+    return absl::AbortedError(absl::StrCat("there is no map \"", map,
+                                           "\", but the request expects its incarnation ",
+                                           restoration.incarnation));
+  }
+  bool without_room = false;
+  if (exists) {
+    HYPERMAP_ASSIGN_OR_RETURN(without_room, TakeOut(map, restoration.incarnation));
+  } else {
+    HYPERMAP_RETURN_IF_ERROR(BeginCreation(map));
+  }
+  // What was begun is carried out, also if the caller has gone.
+  const ScopedCancellation to_the_end(nullptr);
+  const absl::Status status = store_->Restore(restoration.path, map, restoration.request_id);
+  // Also after an error: it tells whether the map that was there is still there.
+  PutBack(map, without_room);
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return Find(map);
 }
 
 void Site::Close() {

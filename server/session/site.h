@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "base/sync/mutex.h"
+#include "map/check_report.h"
 #include "server/session/map_session.h"
 #include "storage/map_store.h"
 
@@ -76,6 +77,22 @@ class Site {
   absl::Status Delete(const std::string& map, const std::string& request_id,
                       uint64_t incarnation = 0);
 
+  // As MapStore::CheckFile.
+  absl::StatusOr<CheckReport> CheckFile(const std::string& path);
+
+  struct Restoration {
+    std::string map;
+    std::string path;  // of a file that CheckFile has found to be clean; it is moved away
+    bool replace = false;
+    std::string request_id;
+    uint64_t incarnation = 0;  // of the map to replace; 0 is any
+  };
+  // Makes a file a map, in place of the one of its name, which is deleted, also one that is not
+  // open. The map is another incarnation. If the same request has restored the map before, it is
+  // returned as it is. ALREADY_EXISTS if there is a map that is not to be replaced; ABORTED as
+  // Delete; RESOURCE_EXHAUSTED as Create; errors as MapStore::Restore and Find.
+  absl::StatusOr<std::shared_ptr<MapSession>> Restore(const Restoration& restoration);
+
   // As MapStore::RemoveOldTrash, by the server's clock.
   absl::Status RemoveOldTrash() { return store_->RemoveOldTrash(clock().Now()); }
 
@@ -111,6 +128,12 @@ class Site {
   absl::Status CheckGone(const std::string& map, const std::string& request_id) const;
   absl::Status DeleteReserved(const std::string& map, const std::string& request_id,
                               uint64_t incarnation);
+  // Takes a map off the list, counts it as changing, and closes it. Returns whether it was not open
+  // for want of room. NOT_FOUND, ABORTED.
+  absl::StatusOr<bool> TakeOut(const std::string& map, uint64_t incarnation);
+  // Lists a map again that was taken out, or one that a restoration has put in its place, and
+  // counts it no more as changing.
+  void PutBack(const std::string& map, bool without_room);
 
   // Keeps other calls from creating or deleting the map until Release, without a lock that is held
   // during I/O. ABORTED if another call has reserved the map.

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/ends_if_cancelled.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/incarnation.h"
@@ -15,25 +16,6 @@
 
 namespace hypermap::storage {
 namespace {
-
-// While it lives, statements of the database end with an error when the work of this thread is
-// cancelled.
-class EndsIfCancelled {
- public:
-  explicit EndsIfCancelled(Database* database) : database_(database) {
-    // Steps of SQLite's virtual machine, of which a row takes some ten.
-    constexpr int kStepsPerLook = 256;
-    sqlite3_progress_handler(
-        database_->handle(), kStepsPerLook, [](void* /*unused*/) { return IsCancelled() ? 1 : 0; },
-        nullptr);
-  }
-  ~EndsIfCancelled() { sqlite3_progress_handler(database_->handle(), 0, nullptr, nullptr); }
-  EndsIfCancelled(const EndsIfCancelled&) = delete;
-  EndsIfCancelled& operator=(const EndsIfCancelled&) = delete;
-
- private:
-  Database* const database_;
-};
 
 // A copy of a map goes on with a history of its own. A copy for which this fails is of no use, so
 // it is changed in place.

@@ -7,7 +7,7 @@
 #include "absl/strings/str_replace.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/contents.h"
-#include "storage/geopackage/geometry_blob.h"
+#include "storage/geopackage/for_table.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/object_row.h"
 #include "storage/geopackage/packed_index.h"
@@ -86,10 +86,6 @@ BEGIN
 END;
 )sql";
 
-std::string ForTable(absl::string_view sql, const std::string& table) {
-  return absl::StrReplaceAll(sql, {{"$t", table}});
-}
-
 constexpr char kInsert[] = R"sql(
 INSERT INTO "$t" (geom, label, existence, classes, tags, attributes, height_min, height_max,
   expires_at_ns, version, id) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)
@@ -117,9 +113,6 @@ SELECT EXISTS (SELECT 1 FROM sqlite_master
 constexpr char kInsertBox[] = R"sql(
 INSERT OR REPLACE INTO "rtree_$t_geom" VALUES (?, ?, ?, ?, ?)
 )sql";
-constexpr char kArchiveBox[] =
-    "INSERT INTO hypermap_object_boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)";
-
 // From this number of new objects on, the triggers are disabled and the index is filled after the
 // table.
 constexpr size_t kManyObjects = 512;
@@ -163,14 +156,6 @@ std::vector<IndexCell> CellsOf(absl::Span<const SemanticObject* const> objects) 
   return cells;
 }
 
-// The box of a geometry. One that can't be decoded gets a box round everything, so that every
-// search of the history finds it and reports the damage.
-Box BoxOrAll(absl::string_view geometry) {
-  constexpr double kFar = 1e300;
-  const absl::StatusOr<Box> box = BoxOfGeometryBlob(geometry);
-  return box.ok() && !box->empty() ? *box : Box{{-kFar, -kFar}, {kFar, kFar}};
-}
-
 }  // namespace
 
 FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineage,
@@ -204,13 +189,10 @@ absl::StatusOr<bool> FeatureTable::Archive(ObjectId id, Revision end_revision) {
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, archive.Bind(lineage_, end_revision, id).Step());
   if (!has_row) return false;
   const int64_t history_id = archive.Int64(0);
-  const Revision first_revision = archive.Int64(1);
-  const MillimetreBox box = ToMillimetres(BoxOrAll(archive.Blob(2)));
+  const VersionBox box =
+      BoxOfVersion(archive.Blob(2), /*first_revision=*/archive.Int64(1), end_revision, lineage_);
   HYPERMAP_RETURN_IF_ERROR(archive.Run());
-  HYPERMAP_RETURN_IF_ERROR(database_->Run(kArchiveBox, history_id, box.min_x, box.max_x, box.min_y,
-                                          box.max_y, ClampToInt32(first_revision),
-                                          ClampToInt32(end_revision - 1), ClampToInt32(lineage_),
-                                          ClampToInt32(lineage_ + 1)));
+  HYPERMAP_RETURN_IF_ERROR(InsertVersionBox(database_, history_id, box));
   return true;
 }
 
@@ -300,24 +282,35 @@ absl::Status FeatureTable::CheckKind(const Shape& shape) const {
       absl::StrCat("the layer takes no shapes of the kind ", ShapeKindName(shape.kind())));
 }
 
-absl::StatusOr<std::vector<ObjectPtr>> FeatureTable::ReadAll() {
+absl::Status FeatureTable::ForEach(Visit visit) {
   HYPERMAP_ASSIGN_OR_RETURN(Statement select,
                             database_->Prepare(absl::StrReplaceAll(
                                 R"sql(SELECT id, $columns, version FROM "$t" ORDER BY id)sql",
                                 {{"$t", table_}, {"$columns", kObjectColumns}})));
-  std::vector<ObjectPtr> objects;
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
-    if (!has_row) return objects;
+    if (!has_row) return absl::OkStatus();
     absl::StatusOr<ObjectPtr> object = ReadObjectRow(&select);
     absl::Status status = object.status();
     if (status.ok()) status = CheckKind((*object)->shape);
-    if (!status.ok()) {
-      return absl::DataLossError(
-          absl::StrCat("table ", table_, ", id ", select.Int64(0), ": ", status.message()));
-    }
-    objects.push_back(*std::move(object));
+    if (!status.ok()) object = absl::DataLossError(status.message());
+    HYPERMAP_RETURN_IF_ERROR(visit(select.Int64(0), std::move(object)));
   }
+}
+
+absl::StatusOr<std::vector<ObjectPtr>> FeatureTable::ReadAll() {
+  std::vector<ObjectPtr> objects;
+  const absl::Status status =
+      ForEach([&](ObjectId id, absl::StatusOr<ObjectPtr> object) -> absl::Status {
+        if (!object.ok()) {
+          return absl::DataLossError(
+              absl::StrCat("table ", table_, ", id ", id, ": ", object.status().message()));
+        }
+        objects.push_back(*std::move(object));
+        return absl::OkStatus();
+      });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return objects;
 }
 
 }  // namespace hypermap::storage

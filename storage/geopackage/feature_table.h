@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
@@ -47,6 +48,11 @@ class FeatureTable {
   // Reads all objects, ordered by id. DATA_LOSS naming the table and the row, also when another
   // program added a shape of a kind that the layer does not take.
   absl::StatusOr<std::vector<ObjectPtr>> ReadAll();
+
+  // Calls `visit` with the id and the object of each row, ordered by id, or with DATA_LOSS for a
+  // row that is damaged, until it returns an error.
+  using Visit = absl::FunctionRef<absl::Status(ObjectId id, absl::StatusOr<ObjectPtr> object)>;
+  absl::Status ForEach(Visit visit);
 
  private:
   absl::Status PutSorted(absl::Span<const SemanticObject* const> objects, Revision revision);

@@ -15,6 +15,7 @@
 #include "storage/geopackage/frame_table.h"
 #include "storage/geopackage/geopackage_history.h"
 #include "storage/geopackage/layer_history.h"
+#include "storage/geopackage/map_check.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/map_opening.h"
 #include "storage/geopackage/revision_table.h"
@@ -35,6 +36,22 @@ absl::Status AsDamage(const absl::Status& status) {
   if (status.code() != absl::StatusCode::kInternal) return status;
   return absl::DataLossError(status.message());
 }
+
+class OpenMapCheck : public MapCheck {
+ public:
+  OpenMapCheck(std::string name, std::unique_ptr<Database> reader)
+      : name_(std::move(name)), reader_(std::move(reader)) {}
+
+  absl::StatusOr<CheckReport> Run(const EvidenceCheck& evidence) override {
+    absl::StatusOr<CheckReport> report = CheckMap(reader_.get(), evidence);
+    if (!report.ok()) return About(name_, report.status());
+    return report;
+  }
+
+ private:
+  const std::string name_;
+  const std::unique_ptr<Database> reader_;
+};
 
 }  // namespace
 
@@ -299,6 +316,19 @@ absl::StatusOr<std::unique_ptr<MapBackup>> GeoPackageMap::OpenBackup() {
   // Again, because the backup opened the files by their names, which may be other files' by now.
   HYPERMAP_RETURN_IF_ERROR(InMap(files_->Check()));
   return backup;
+}
+
+absl::StatusOr<std::unique_ptr<MapCheck>> GeoPackageMap::OpenCheck() {
+  HYPERMAP_RETURN_IF_ERROR(InMap(files_->Check()));
+  absl::StatusOr<std::unique_ptr<Database>> reader =
+      Database::Open(database_->path(), Database::OpenMode::kReadOnly, busy_timeout_);
+  if (!reader.ok()) return InMap(reader.status());
+  // SQLite opens the files when it reads for the first time.
+  HYPERMAP_RETURN_IF_ERROR(
+      InMap((*reader)->QueryInt64("SELECT count(*) FROM sqlite_schema").status()));
+  // Again, as OpenBackup does.
+  HYPERMAP_RETURN_IF_ERROR(InMap(files_->Check()));
+  return std::make_unique<OpenMapCheck>(header_.name, *std::move(reader));
 }
 
 }  // namespace hypermap::storage

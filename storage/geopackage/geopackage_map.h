@@ -55,6 +55,7 @@ class GeoPackageMap : public StoredMap {
   FusionLog& fusion_log() override { return fusion_; }
   absl::StatusOr<int64_t> BackupBytes() override;
   absl::StatusOr<std::unique_ptr<MapBackup>> OpenBackup() override;
+  absl::StatusOr<std::unique_ptr<MapCheck>> OpenCheck() override;
 
  private:
   // The parts of a map that Open has made and read.

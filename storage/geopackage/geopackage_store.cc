@@ -14,6 +14,7 @@
 #include "storage/geopackage/deletion_log.h"
 #include "storage/geopackage/disk_reserve.h"
 #include "storage/geopackage/geopackage_map.h"
+#include "storage/geopackage/map_check.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/trash.h"
 #include "storage/incarnation.h"
@@ -62,6 +63,10 @@ class GeoPackageStore : public MapStore {
     return Remove(name, /*request_id=*/"", /*keep=*/false);
   }
   absl::Status RemoveOldTrash(absl::Time now) override;
+  absl::StatusOr<CheckReport> CheckFile(const std::string& path,
+                                        const EvidenceCheck& evidence) override;
+  absl::Status Restore(const std::string& path, const std::string& name,
+                       const std::string& request_id) override;
   absl::StatusOr<std::optional<std::string>> FindDeletion(const std::string& request_id) override;
 
  private:
@@ -313,6 +318,30 @@ absl::Status GeoPackageStore::CompleteDeletions(const std::string& name) {
     if (map == name) HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map, trash_.keeps_maps()));
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<CheckReport> GeoPackageStore::CheckFile(const std::string& path,
+                                                       const EvidenceCheck& evidence) {
+  HYPERMAP_RETURN_IF_ERROR(MigrateMapFile(path, options_));
+  return CheckMapFile(path, evidence);
+}
+
+absl::Status GeoPackageStore::Restore(const std::string& path, const std::string& name,
+                                      const std::string& request_id) {
+  HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
+  HYPERMAP_RETURN_IF_ERROR(MarkRestored(path, request_id, options_));
+  if (PathExists(PathOf(name))) HYPERMAP_RETURN_IF_ERROR(Delete(name, /*request_id=*/""));
+  const MutexLock lock(&mutex_);
+  HYPERMAP_RETURN_IF_ERROR(CompleteDeletions(name));
+  {
+    // Without a witness the file becomes another incarnation when it is opened. One is left if a
+    // person has moved the map's file away.
+    HYPERMAP_ASSIGN_OR_RETURN(FileLock map_lock, LockMap(name));
+    HYPERMAP_RETURN_IF_ERROR(map_lock.RemoveFile());
+  }
+  // SQLite would apply the log of an earlier map of this name to the file.
+  HYPERMAP_RETURN_IF_ERROR(RemoveSidecars(PathOf(name)));
+  return PublishFile(path, PathOf(name));
 }
 
 absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(

@@ -3,8 +3,8 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_replace.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/for_table.h"
 #include "storage/geopackage/tile_matrix.h"
 
 namespace hypermap::storage {
@@ -46,10 +46,6 @@ SELECT t.id, t.zoom_level, t.tile_column, t.tile_row, t.tile_data, a.scale, a.of
   LEFT JOIN gpkg_2d_gridded_tile_ancillary AS a ON a.tpudt_name = '$t' AND a.tpudt_id = t.id
 )sql";
 
-std::string ForTable(absl::string_view sql, const std::string& table) {
-  return absl::StrReplaceAll(sql, {{"$t", table}});
-}
-
 bool KnownOnlyIn(const CellBox& extent, const TileIndex& index, const Tile& tile) {
   const CellBox cells = CellsOf(index);
   if (extent.Contains(cells)) return true;
@@ -62,8 +58,8 @@ bool KnownOnlyIn(const CellBox& extent, const TileIndex& index, const Tile& tile
   return true;
 }
 
-absl::Status ReadRow(Statement* row, const TileCodec& codec, const CellBox& extent,
-                     TileMap* tiles) {
+absl::StatusOr<GridTable::PlacedTile> ReadRow(Statement* row, const TileCodec& codec,
+                                              const CellBox& extent) {
   const int64_t zoom_level = row->Int64(1);
   const MatrixTile place{row->Int64(2), row->Int64(3)};
   const absl::string_view image = row->Blob(4);
@@ -82,8 +78,7 @@ absl::Status ReadRow(Statement* row, const TileCodec& codec, const CellBox& exte
   if (!KnownOnlyIn(extent, index, *tile)) {
     return absl::DataLossError("the tile has known cells outside of the layer's extent");
   }
-  tiles->emplace(index, std::move(tile));
-  return absl::OkStatus();
+  return GridTable::PlacedTile(index, std::move(tile));
 }
 
 }  // namespace
@@ -120,17 +115,30 @@ absl::Status GridTable::Write(const TileIndex& index, const Tile& tile, Revision
       table_, id);
 }
 
-absl::StatusOr<TileMap> GridTable::ReadAll(const CellBox& extent) {
+absl::Status GridTable::ForEach(const CellBox& extent, Visit visit) {
   HYPERMAP_ASSIGN_OR_RETURN(Statement select, database_->Prepare(ForTable(kReadTiles, table_)));
-  TileMap tiles;
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
-    if (!has_row) return tiles;
-    if (absl::Status status = ReadRow(&select, *codec_, extent, &tiles); !status.ok()) {
-      return absl::DataLossError(
-          absl::StrCat("table ", table_, ", id ", select.Int64(0), ": ", status.message()));
-    }
+    if (!has_row) return absl::OkStatus();
+    absl::StatusOr<PlacedTile> tile = ReadRow(&select, *codec_, extent);
+    if (!tile.ok()) tile = absl::DataLossError(tile.status().message());
+    HYPERMAP_RETURN_IF_ERROR(visit(select.Int64(0), std::move(tile)));
   }
+}
+
+absl::StatusOr<TileMap> GridTable::ReadAll(const CellBox& extent) {
+  TileMap tiles;
+  const absl::Status status =
+      ForEach(extent, [&](int64_t id, absl::StatusOr<PlacedTile> tile) -> absl::Status {
+        if (!tile.ok()) {
+          return absl::DataLossError(
+              absl::StrCat("table ", table_, ", id ", id, ": ", tile.status().message()));
+        }
+        tiles.insert(*std::move(tile));
+        return absl::OkStatus();
+      });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return tiles;
 }
 
 }  // namespace hypermap::storage

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/layers/grid_layer.h"
@@ -34,6 +36,12 @@ class GridTable {
   // Reads all tiles. DATA_LOSS naming the table and the row of a tile that can't be decoded, has
   // another scale or offset than ours, or has known cells outside of `extent`.
   absl::StatusOr<TileMap> ReadAll(const CellBox& extent);
+
+  // Calls `visit` with the id and the tile of each row, or with the DATA_LOSS of ReadAll, until it
+  // returns an error.
+  using PlacedTile = std::pair<TileIndex, TilePtr>;
+  using Visit = absl::FunctionRef<absl::Status(int64_t id, absl::StatusOr<PlacedTile> tile)>;
+  absl::Status ForEach(const CellBox& extent, Visit visit);
 
  private:
   Database* database_;

@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "absl/status/statusor.h"
+#include "storage/geopackage/geometry_blob.h"
+
 namespace hypermap::storage {
 
 const char kCreateReceipts[] = R"sql(
@@ -114,5 +117,26 @@ MillimetreBox ToMillimetres(const Box& box) {
 }
 
 int64_t ClampToInt32(int64_t value) { return std::min(value, kMax); }
+
+VersionBox BoxOfVersion(absl::string_view geometry, int64_t first_revision, int64_t end_revision,
+                        int64_t lineage) {
+  constexpr double kFar = 1e300;
+  const absl::StatusOr<Box> found = BoxOfGeometryBlob(geometry);
+  const MillimetreBox box =
+      ToMillimetres(found.ok() && !found->empty() ? *found : Box{{-kFar, -kFar}, {kFar, kFar}});
+  return {box.min_x,
+          box.max_x,
+          box.min_y,
+          box.max_y,
+          ClampToInt32(first_revision),
+          ClampToInt32(end_revision - 1),
+          ClampToInt32(lineage),
+          ClampToInt32(lineage + 1)};
+}
+
+absl::Status InsertVersionBox(Database* database, int64_t id, const VersionBox& box) {
+  return database->Run("INSERT INTO hypermap_object_boxes VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)", id,
+                       box[0], box[1], box[2], box[3], box[4], box[5], box[6], box[7]);
+}
 
 }  // namespace hypermap::storage

@@ -11,9 +11,13 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_HISTORY_TABLES_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_HISTORY_TABLES_H_
 
+#include <array>
 #include <cstdint>
 
+#include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "map/geometry/point.h"
+#include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 
@@ -33,6 +37,15 @@ MillimetreBox ToMillimetres(const Box& box);
 
 // The value, or the largest that the R*Tree can hold.
 int64_t ClampToInt32(int64_t value);
+
+// The columns of hypermap_object_boxes after the id, in their order.
+using VersionBox = std::array<int64_t, 8>;
+// The box of a version of an object, whose geometry is a blob of geometry_blob.h. A geometry that
+// can't be decoded gets a box round everything, so that every search of the history finds it and
+// reports the damage.
+VersionBox BoxOfVersion(absl::string_view geometry, int64_t first_revision, int64_t end_revision,
+                        int64_t lineage);
+absl::Status InsertVersionBox(Database* database, int64_t id, const VersionBox& box);
 
 }  // namespace hypermap::storage
 

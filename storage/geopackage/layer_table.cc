@@ -158,12 +158,9 @@ absl::Status RemoveLayer(Database* database, const std::string& layer) {
 }
 
 absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database) {
-  HYPERMAP_ASSIGN_OR_RETURN(
-      Statement select,
-      database->Prepare(
-          "SELECT name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
-          "row_begin, row_end, col_begin, col_end, parameters, lineage "
-          "FROM hypermap_layers ORDER BY name"));
+  HYPERMAP_ASSIGN_OR_RETURN(Statement select,
+                            database->Prepare(absl::StrCat("SELECT ", kLayerColumns,
+                                                           " FROM hypermap_layers ORDER BY name")));
   std::vector<StoredLayer> layers;
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());

@@ -32,8 +32,10 @@ absl::Status RemoveLayer(Database* database, const std::string& layer);
 // Reads all layers, ordered by name. DATA_LOSS naming the layer whose row is not valid.
 absl::StatusOr<std::vector<StoredLayer>> ReadLayers(Database* database);
 
-// Reads a layer from a row of the columns name, kind, table_name, frame_id, origin_x, origin_y,
-// origin_yaw, resolution_m, row_begin, row_end, col_begin, col_end, parameters, lineage. DATA_LOSS.
+inline constexpr char kLayerColumns[] =
+    "name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, row_begin, "
+    "row_end, col_begin, col_end, parameters, lineage";
+// Reads a layer from a row of kLayerColumns. DATA_LOSS.
 absl::StatusOr<StoredLayer> ReadLayerRow(Statement* row);
 
 // The fields of a spec that only some kinds of layer have, as a JSON object: a new kind needs no

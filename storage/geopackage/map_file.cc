@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/schema.h"
 #include "storage/geopackage/spatial_functions.h"
 #include "storage/sqlite/durable_file.h"
@@ -44,20 +45,6 @@ absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
                             database->QueryInt64("PRAGMA page_size"));
   if (has_log || size % *page_size == 0) return absl::OkStatus();
   return absl::DataLossError("the file is cut short");
-}
-
-// Whether a check of SQLite found a page that could not be read, which may pass, rather than one
-// that is damaged. It reports both alike.
-bool IsReadError(absl::string_view problem) {
-  constexpr absl::string_view kCode = "unable to get the page. error code=";
-  // An overflow page; its number was found to be valid before.
-  if (absl::StrContains(problem, "failed to get page")) return true;
-  const size_t at = problem.find(kCode);
-  if (at == absl::string_view::npos) return false;
-  const absl::string_view code = problem.substr(at + kCode.size());
-  int number = 0;
-  return absl::SimpleAtoi(code.substr(0, code.find_first_not_of("0123456789")), &number) &&
-         (number & 0xff) == SQLITE_IOERR;
 }
 
 // `pragma` is one of SQLite's checks that answer "ok" or with the first problem. UNAVAILABLE if the
@@ -154,6 +141,30 @@ absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
   return database;
 }
 
+absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& options) {
+  absl::StatusOr<int64_t> version;
+  {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        const std::unique_ptr<Database> database,
+        Database::Open(path, Database::OpenMode::kFileAlone, options.busy_timeout));
+    version = ReadSchemaVersion(database.get());
+  }
+  if (absl::IsDataLoss(version.status())) return absl::OkStatus();
+  HYPERMAP_RETURN_IF_ERROR(version.status());
+  // Closing the connection moves the log into the file.
+  return *version == kSchemaVersion ? absl::OkStatus() : OpenMapFile(path, options).status();
+}
+
+absl::Status MarkRestored(const std::string& path, const std::string& request_id,
+                          const GeoPackageOptions& options) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::unique_ptr<Database> database,
+      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
+  HYPERMAP_RETURN_IF_ERROR(database->Execute("PRAGMA synchronous = FULL"));
+  HYPERMAP_RETURN_IF_ERROR(SetCreation(database.get(), request_id));
+  return SetComplete(database.get());
+}
+
 std::string LogPathOf(const std::string& path) { return absl::StrCat(path, "-wal"); }
 
 std::string OrphanPathOf(const std::string& path) {
@@ -180,6 +191,18 @@ absl::StatusOr<std::optional<uint64_t>> ReadIncarnationWithoutLog(const std::str
 
 absl::Status CheckIntegrity(Database* database) {
   return RunCheck(database, "PRAGMA integrity_check(1)");
+}
+
+bool IsReadError(absl::string_view problem) {
+  constexpr absl::string_view kCode = "unable to get the page. error code=";
+  // An overflow page; its number was found to be valid before.
+  if (absl::StrContains(problem, "failed to get page")) return true;
+  const size_t at = problem.find(kCode);
+  if (at == absl::string_view::npos) return false;
+  const absl::string_view code = problem.substr(at + kCode.size());
+  int number = 0;
+  return absl::SimpleAtoi(code.substr(0, code.find_first_not_of("0123456789")), &number) &&
+         (number & 0xff) == SQLITE_IOERR;
 }
 
 absl::StatusOr<bool> MoveLogIntoFile(Database* database) {

@@ -10,6 +10,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "storage/geopackage/geopackage_options.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/sqlite.h"
@@ -26,6 +27,16 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
 // read-only; DATA_LOSS when it is damaged.
 absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
                                                       const GeoPackageOptions& options);
+
+// Migrates a map's file to the newest schema version, if it is older, and leaves no log beside it.
+// A file that does not tell its version stays as it is. FAILED_PRECONDITION when the file is not a
+// map or has a newer version. REQUIRES: no connection has the file open.
+absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& options);
+
+// Makes a map's file one that the request has created and that is complete, and leaves no log
+// beside it. REQUIRES: no connection has the file open; the schema version is the newest.
+absl::Status MarkRestored(const std::string& path, const std::string& request_id,
+                          const GeoPackageOptions& options);
 
 // The write-ahead log that SQLite keeps beside a map's file.
 std::string LogPathOf(const std::string& path);
@@ -44,6 +55,10 @@ absl::StatusOr<std::optional<uint64_t>> ReadIncarnationWithoutLog(const std::str
 
 // DATA_LOSS with the first damage that a check of every page, index and constraint finds.
 absl::Status CheckIntegrity(Database* database);
+
+// Whether a check of SQLite found a page that could not be read, which may pass, rather than one
+// that is damaged. It reports both alike.
+bool IsReadError(absl::string_view problem);
 
 // Moves the log into the file, and waits for it. Returns whether the file is the whole map, which
 // it is not while another program reads an older state.

@@ -69,6 +69,10 @@ absl::Status SetIncarnation(Database* database, uint64_t incarnation) {
                        static_cast<int64_t>(incarnation));
 }
 
+absl::Status SetCreation(Database* database, const std::string& request_id) {
+  return database->Run("UPDATE hypermap_metadata SET request_id = ? WHERE id = 1", request_id);
+}
+
 absl::Status SetComplete(Database* database) {
   return database->Run("UPDATE hypermap_metadata SET provisional = 0 WHERE id = 1");
 }

@@ -3,6 +3,7 @@
 #define HYPERMAP_STORAGE_GEOPACKAGE_MAP_METADATA_H_
 
 #include <cstdint>
+#include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -32,6 +33,9 @@ absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
 
 // Gives the map another incarnation.
 absl::Status SetIncarnation(Database* database, uint64_t incarnation);
+
+// Makes the map one that the request has created.
+absl::Status SetCreation(Database* database, const std::string& request_id);
 
 // Makes a provisional map complete.
 absl::Status SetComplete(Database* database);

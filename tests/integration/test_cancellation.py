@@ -152,6 +152,12 @@ class Cancellation(CancellationTest):
         self.expect_given_up("BackupMap",
                              lambda: [self.begin("BackupMap", map="site") for _ in range(30)])
 
+    @cancels("CheckMap")
+    def test_check(self):
+        self.create_things(cols=300)
+        self.expect_given_up("CheckMap",
+                             lambda: [self.begin("CheckMap", map="site") for _ in range(30)])
+
 
 if __name__ == "__main__":
     unittest.main()

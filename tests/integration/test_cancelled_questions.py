@@ -21,6 +21,7 @@ NOT_CANCELLED = {
     "GetMap": "reads numbers that are kept up to date",
     "ListMaps": "as GetMap, for each map of at most some thousand",
     "DeleteMap": "waits for the map's writer, then renames and removes files, to the end",
+    "RestoreMap": "its check of the file is that of CheckMap; then it replaces a map, to the end",
     "CreateLayer": "one edit, of a request that is at most 4 MiB",
     "DeleteLayer": "one edit, whose tables SQLite drops in single statements, to the end",
     "GetLayer": "at most 10,000 labels of aliases",

@@ -68,6 +68,7 @@ class HostileFiles(SiteTest):
         for file_format in ("HMAP", "GEOJSON"):
             list(self.client.ExportMap(map=name, format=f"FILE_FORMAT_{file_format}"))
         list(self.client.BackupMap(map=name))
+        self.assertFalse(self.client.CheckMap(map=name).findings)
 
     def test_maps_of_odd_files_can_be_asked_exported_and_deleted(self):
         for what, file_format, files in odd_files():

@@ -1,6 +1,7 @@
 """What a server tells those who run it: its log as JSON, its metrics by HTTP, and its health."""
 
 import collections
+import concurrent.futures
 import json
 import re
 import time
@@ -130,6 +131,51 @@ class Metrics(Observed):
         self.assertEqual(found['hypermap_auth_failures_total{reason="unknown_token"}'], 0)
         self.assertGreater(found["hypermap_memory_limit_bytes"], 0)
         self.assertGreater(found["process_resident_memory_bytes"], 0)
+
+    def test_numbers_agree_with_what_many_clients_count(self):
+        sites.make(self.client)
+        before = sites.revision(self.client)
+        watches = [self.client.Watch(scope=rpc.scope("site")) for _ in range(20)]
+        for watch in watches:
+            next(watch)
+        self.assertEqual(self.metrics()["hypermap_watchers"], 20)
+
+        def work(number):
+            """Returns how many calls of each rpc it has made."""
+            made = collections.Counter()
+            with rpc.Client(self.site.address) as client:
+                for i in range(50):
+                    client.ApplyEdits(map="site", edits=[sites.put("thing", number, i)])
+                    client.QueryPoint(scope=rpc.scope("site"), point=rpc.point(number, i))
+                    made.update(["ApplyEdits", "QueryPoint"])
+                    if i % 5 == number % 5:
+                        with self.assertRaises(grpc.RpcError):
+                            client.QueryPoint(scope=rpc.scope("nowhere"), point=rpc.point(0, 0))
+                        made["failed"] += 1
+            return made
+
+        with concurrent.futures.ThreadPoolExecutor(12) as pool:
+            working = [pool.submit(work, number) for number in range(12)]
+            scrapes = 0
+            while not all(worker.done() for worker in working):
+                self.assertEqual(self.metrics()["hypermap_watchers"], 20)
+                scrapes += 1
+            made = sum((worker.result() for worker in working), collections.Counter())
+        found = self.metrics()
+        for code, method, count in (("OK", "ApplyEdits", made["ApplyEdits"]),
+                                    ("OK", "QueryPoint", made["QueryPoint"]),
+                                    ("NotFound", "QueryPoint", made["failed"])):
+            service = "EditService" if method == "ApplyEdits" else "QueryService"
+            labels = f'grpc_service="hypermap.v1.{service}",grpc_method="{method}"'
+            self.assertEqual(found[f'grpc_server_handled_total{{{labels},grpc_code="{code}"}}'],
+                             count, (method, code))
+        self.assertEqual(found['hypermap_map_revision{map="site"}'], before + made["ApplyEdits"])
+        self.assertGreater(scrapes, 0)
+        for watch in watches:
+            watch.cancel()
+        deadline = time.monotonic() + DEADLINE_S
+        while self.metrics()["hypermap_watchers"]:
+            self.assertLess(time.monotonic(), deadline)
 
     def test_each_name_is_there_once(self):
         _, text = self.get("/metrics")

@@ -1,12 +1,15 @@
 """Tests of TLS between hypermapd, with generated certificates, and the programs as its clients."""
 
+import concurrent.futures
 import os
 import subprocess
+import threading
 import time
 import unittest
 
 import grpc
 
+import rpc
 from certificates import Certificates
 from processes import BIN, DEADLINE_S, SiteTest, cli, start_and_fail
 
@@ -58,12 +61,48 @@ class Tls(SiteTest):
         site = self.server(*self.server_flags)
         self.assertEqual(self.shown(site), self.pem("server").read_bytes())
         self.root.sign("renewed")
-        os.replace(self.key("renewed"), self.key("server"))
-        os.replace(self.pem("renewed"), self.pem("server"))
+        self.replace_certificate("renewed")
+        self.await_certificate(site)
+        self.assertEqual(site.cli("maps", "--tls_ca", self.pem("root")).returncode, 0)
+
+    def test_no_call_of_a_hundred_clients_fails_while_certificates_are_renewed(self):
+        # Each client makes calls over its connection, and now and then over a new one.
+        site = self.server(*self.server_flags)
+        for i in range(3):
+            self.root.sign(f"renewed-{i}")
+        credentials = grpc.ssl_channel_credentials(self.pem("root").read_bytes())
+        stop = threading.Event()
+
+        def call_until_the_end(_):
+            calls = 0
+            while not stop.is_set():
+                with rpc.Client(site.address, credentials=credentials) as client:
+                    for _ in range(20):
+                        client.ListMaps()
+                        calls += 1
+            return calls
+
+        with concurrent.futures.ThreadPoolExecutor(100) as pool:
+            clients = [pool.submit(call_until_the_end, i) for i in range(100)]
+            try:
+                for i in range(3):
+                    self.replace_certificate(f"renewed-{i}")
+                    self.await_certificate(site)
+            finally:
+                stop.set()
+            calls = [client.result(DEADLINE_S) for client in clients]
+        self.assertGreaterEqual(min(calls), 20)
+        print(sum(calls), "calls, none failed")
+
+    def replace_certificate(self, name):
+        """A key and a certificate can't be replaced at once: for a moment they do not match."""
+        os.replace(self.key(name), self.key("server"))
+        os.replace(self.pem(name), self.pem("server"))
+
+    def await_certificate(self, site):
         wanted, deadline = self.pem("server").read_bytes(), time.monotonic() + DEADLINE_S
         while self.shown(site) != wanted:
             self.assertLess(time.monotonic(), deadline)
-        self.assertEqual(site.cli("maps", "--tls_ca", self.pem("root")).returncode, 0)
 
     def shown(self, site):
         """Connects to the server and returns its certificate in PEM."""

@@ -197,8 +197,9 @@ ROOMS = {
         {"absl", "grpc"},
     ),
     "server": Room(
-        ["base/admission", "base/limits", "base/logging", "base/status", "base/tls", "server/auth",
-         "server/metrics", "server/rpc", "server/services", "server/session", "storage/geopackage"],
+        ["base/admission", "base/cancellation", "base/limits", "base/logging", "base/status",
+         "base/sync", "base/tls", "map", "server/auth", "server/metrics", "server/rpc",
+         "server/services", "server/session", "storage/geopackage", "storage/sqlite"],
         {"absl", "grpc"}, hidden={"yaml"}, target=None,
     ),
 
@@ -268,12 +269,12 @@ ROOMS = {
         {"absl", "cli11"}, hidden={"json"}, target="connection_flags",
     ),
     # yaml: finds the image that a nav2 map names, which is sent along. storage/interchange: reads
-    # ground truth from files.
+    # ground truth from files. storage/geopackage: checks and repairs files of maps.
     "client_libs/cli": Room(
         ["base/access", "base/identity", "base/status", "client_libs/cpp", "client_libs/flags", "map",
-         "map/edits",
-         "map/evaluation", "map/exploration", "map/frames", "map/geometry", "map/grid",
-         "map/layers", "map/objects", "map/query", "map/values", "storage/interchange"],
+         "map/edits", "map/evaluation", "map/exploration", "map/frames", "map/geometry", "map/grid",
+         "map/layers", "map/objects", "map/query", "map/values", "storage", "storage/geopackage",
+         "storage/interchange", "storage/sqlite"],
         {"absl", "cli11", "json"}, hidden={"cairo", "yaml"},
     ),
 }

@@ -1,0 +1,124 @@
+// An rpc by which a client uploads files in a stream of messages.
+#ifndef HYPERMAP_SERVER_SERVICES_UPLOAD_CALL_H_
+#define HYPERMAP_SERVER_SERVICES_UPLOAD_CALL_H_
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/byte_buffer.h>
+#include <grpcpp/support/server_callback.h>
+
+#include <cstdint>
+#include <utility>
+
+#include "absl/status/status.h"
+#include "base/status/status_macros.h"
+#include "base/status/unless_memory_fails.h"
+#include "server/rpc/call_context.h"
+#include "server/rpc/call_ticket.h"
+#include "server/rpc/facilities.h"
+#include "server/rpc/raw_messages.h"
+
+namespace hypermap::server {
+
+// A worker takes each message, because that writes to the disk; the next one is read when it has.
+// When all have come, a worker of another class carries out the request. So a call has one owner at
+// any time: gRPC during a read, until OnReadDone gives the call to a worker, which reads again or
+// ends it. Deletes itself in OnDone, which gRPC calls after Finish.
+template <typename Request, typename Response>
+class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer> {
+ public:
+  void OnReadDone(bool ok) final {
+    if (!ok) {
+      facilities_->workers->files.Run(
+          context_.peer(), [this] { End(UnlessMemoryFails([this] { return CarryOut(); })); });
+      return;
+    }
+    facilities_->workers->uploads.Run(context_.peer(), [this, charged = ChargeMessage()] {
+      const absl::Status status =
+          charged.ok() ? UnlessMemoryFails([this] { return TakeMessage(); }) : charged;
+      // Removing the files may take long, too.
+      if (!status.ok()) return End(status);
+      StartRead(&read_);
+    });
+  }
+
+  void OnDone() final {
+    ticket_.LookForCancellation();
+    delete this;
+  }
+
+ protected:
+  // `facilities` must outlive this; context and response live until OnDone.
+  UploadCall(grpc::CallbackServerContext* context, const Facilities* facilities,
+             grpc::ByteBuffer* response, Rpc rpc)
+      : facilities_(facilities),
+        context_(facilities->door(), context, rpc),
+        ticket_(context_.ticket()),
+        encoded_response_(response) {}
+
+  // The last act of the constructor of the class that is made.
+  void Begin() {
+    if (context_.admitted().ok()) {
+      StartRead(&read_);
+    } else {
+      End(context_.admitted());
+    }
+  }
+
+  // Takes one message.
+  virtual absl::Status Take(Request message) = 0;
+  // Carries out the request, when all messages have come. May wait for the disk.
+  virtual absl::Status CarryOut() = 0;
+  // The answer of a call that was carried out, and the number of items in it.
+  virtual const Response& response() const = 0;
+  virtual int64_t items() const = 0;
+  // Removes the files, so that OnDone need not.
+  virtual void RemoveFiles() = 0;
+
+  const Facilities* const facilities_;
+  CallContext context_;
+  CallTicket& ticket_;  // of context_
+
+ private:
+  // Charges for the arrival of the message that was read.
+  absl::Status ChargeMessage() {
+    ticket_.Received(read_);
+    const int64_t cost = CallTicket::CostOnArrival(Request::default_instance(), read_);
+    HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+    message_cost_ = cost;
+    return absl::OkStatus();
+  }
+
+  // Takes the message on a worker, and charges for the rest of it meanwhile.
+  absl::Status TakeMessage() {
+    HYPERMAP_RETURN_IF_ERROR(context_.CheckWanted());
+    Request message;
+    if (!IsSmallRequest(read_)) {
+      const int64_t cost = CallTicket::CostOfRequest(message, read_);
+      ticket_.FreeMemory(std::exchange(message_cost_, 0));
+      HYPERMAP_RETURN_IF_ERROR(ticket_.ChargeRequest(cost));
+      message_cost_ = cost;
+    }
+    absl::Status status = ParseRequest(read_, &message);
+    read_.Clear();
+    if (status.ok()) status = Take(std::move(message));
+    ticket_.FreeMemory(std::exchange(message_cost_, 0));
+    return status;
+  }
+
+  void End(const absl::Status& status) {
+    if (status.ok()) {
+      const grpc::Slice slice = Serialize(response());
+      grpc::ByteBuffer(&slice, 1).Swap(encoded_response_);
+    }
+    RemoveFiles();
+    Finish(context_.End(status, items()));
+  }
+
+  grpc::ByteBuffer* const encoded_response_;
+  grpc::ByteBuffer read_;  // target of the read under way, or the message that waits for a worker
+  int64_t message_cost_ = 0;  // charged for the message
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SERVICES_UPLOAD_CALL_H_

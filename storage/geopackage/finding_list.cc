@@ -1,0 +1,40 @@
+#include "storage/geopackage/finding_list.h"
+
+#include "base/cancellation/cancellation.h"
+#include "base/text/utf8.h"
+
+namespace hypermap::storage {
+
+void FindingList::Add(const Finding& finding) {
+  if (report_.findings.size() == kMaxFindings) {
+    ++report_.more;
+    return;
+  }
+  // Damaged text may be no UTF-8, which no message can carry.
+  report_.findings.push_back({ReplaceInvalidUtf8(finding.table), ReplaceInvalidUtf8(finding.row),
+                              ReplaceInvalidUtf8(finding.problem), finding.can_be_rebuilt});
+}
+
+absl::Status FindingList::AddDamage(const std::string& table, const std::string& row,
+                                    const absl::Status& status, bool can_be_rebuilt) {
+  if (status.ok()) return status;
+  // A statement that was interrupted, and a geometry whose validation was, fail in other ways.
+  HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+  // INTERNAL: a table that lacks a column, or is not there.
+  if (!absl::IsDataLoss(status) && !absl::IsInternal(status)) return status;
+  Add({table, row, std::string(status.message()), can_be_rebuilt});
+  return absl::OkStatus();
+}
+
+absl::Status FindingList::AddEach(Statement* select, const Finding& about) {
+  while (true) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select->Step());
+    if (!has_row) return absl::OkStatus();
+    Finding found = about;
+    found.row = std::string(select->Text(0));
+    HYPERMAP_RETURN_IF_ERROR(select->row_status());
+    Add(found);
+  }
+}
+
+}  // namespace hypermap::storage
