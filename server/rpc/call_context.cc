@@ -28,8 +28,9 @@ CallContext::CallContext(const Door& door, grpc::CallbackServerContext* context,
       log_pace_(&door.budgets->log_pace),
       rpc_(rpc),
       context_(context),
+      peer_(context->peer()),
       admitted_(Identify(*access_, *context, rpc, &caller_)),
-      ticket_(door.budgets, context, context->peer(), ClientOf(caller_)),
+      ticket_(door.budgets, context, peer_, ClientOf(caller_)),
       log_(*context, rpc) {
   meters_->Began(rpc);
   if (admitted_.ok()) admitted_ = ticket_.admitted();

@@ -59,7 +59,7 @@ class CallContext {
   // As RequestLog::Edited.
   void Edited(Revision revision, absl::string_view edit_id, int64_t edits) const;
   // Address and port of the caller's connection.
-  std::string peer() const { return context_->peer(); }
+  const std::string& peer() const { return peer_; }
   const std::string& map() const { return log_.map(); }
 
   CallTicket& ticket() { return ticket_; }
@@ -75,6 +75,7 @@ class CallContext {
   LogPace* const log_pace_;
   const Rpc rpc_;
   grpc::CallbackServerContext* const context_;
+  const std::string peer_;  // gRPC makes it anew each time that it is asked for
   Caller caller_;
   absl::Status admitted_;
   CallTicket ticket_;
