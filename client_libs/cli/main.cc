@@ -4,11 +4,13 @@
 #include <vector>
 
 #include "client_libs/cli/run.h"
+#include "client_libs/cpp/scoped_grpc.h"
 
 int main(int argc, char** argv) {
   // Silences gRPC's log, since the status of a failed call says everything and an error is printed
   // as one line.
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
+  const hypermap::client::ScopedGrpc grpc;
   std::ios::sync_with_stdio(false);  // nothing here uses stdio
   return hypermap::cli::Run(std::vector<std::string>(argv + 1, argv + argc), std::cin, std::cout,
                             std::cerr);

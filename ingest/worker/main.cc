@@ -6,6 +6,7 @@
 #include <iostream>
 
 #include "absl/status/status.h"
+#include "client_libs/cpp/scoped_grpc.h"
 #include "client_libs/flags/command_table.h"
 #include "ingest/worker/interruption.h"
 #include "ingest/worker/replay_command.h"
@@ -41,6 +42,7 @@ int Main(int argc, char** argv) {
   setenv("GRPC_VERBOSITY", "NONE", /*overwrite=*/0);
   Interruption interruption;
   const SignalWatch watch(interruption);
+  const client::ScopedGrpc grpc;  // after the watch, which blocks signals in all later threads
   const absl::Status status = command(interruption);
   if (status.ok()) return EXIT_SUCCESS;
   std::cerr << "hypermap-ingest: " << absl::StatusCodeToString(status.code()) << ": "
