@@ -21,6 +21,7 @@
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/rpc_meters.h"
+#include "server/rpc/worker_pool.h"
 
 namespace hypermap::server {
 
@@ -58,8 +59,8 @@ class CallContext {
   absl::StatusOr<std::string> author() const;
   // As RequestLog::Edited.
   void Edited(Revision revision, absl::string_view edit_id, int64_t edits) const;
-  // Address and port of the caller's connection.
-  const std::string& peer() const { return peer_; }
+  // The client and connection of the call, valid as long as this.
+  WorkerPool::Origin origin() const { return {ticket_.client(), peer_}; }
   const std::string& map() const { return log_.map(); }
 
   CallTicket& ticket() { return ticket_; }

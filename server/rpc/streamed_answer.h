@@ -65,16 +65,17 @@ template <typename Request, typename Response>
 class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   using Source = MessageSource<Response>;
-  using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<Source>>(const Request&)>;
+  using OpenSource = absl::AnyInvocable<absl::StatusOr<std::unique_ptr<Source>>(
+      const Request& request, absl::string_view client)>;
 
   using Done = absl::AnyInvocable<void() &&>;
   using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
 
-  // `open` is called when the answer begins, and again if it has to begin anew. If `bytes` are no
-  // Request, the answer is INVALID_ARGUMENT. The bytes and the context live until OnDone. The
-  // answer begins in `workers`; `long_workers` continue it when it takes more than one turn, and
-  // parse large requests. A call that is not admitted, or whose bytes are not `acceptable`, is not
-  // parsed, and ends when it would begin.
+  // `open` is called with the request and CallTicket::client when the answer begins, and again if
+  // it has to begin anew. If `bytes` are no Request, the answer is INVALID_ARGUMENT. The bytes and
+  // the context live until OnDone. The answer begins in `workers`; `long_workers` continue it when
+  // it takes more than one turn, and parse large requests. A call that is not admitted, or whose
+  // bytes are not `acceptable`, is not parsed, and ends when it would begin.
   StreamedAnswer(const Door& door, grpc::CallbackServerContext* context, Rpc rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
                  OpenSource open, const absl::Status& acceptable = absl::OkStatus())
@@ -97,7 +98,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     if (is_parsed_ || !status_.ok()) return std::move(begin)();
     // Before gRPC knows the call, because OnCancel asks for it.
     wait_.emplace();
-    long_workers_->Run(context_.peer(), [this, begin = std::move(begin)]() mutable {
+    long_workers_->Run(context_.origin(), [this, begin = std::move(begin)]() mutable {
       status_ = context_.CheckWanted();
       if (status_.ok()) Parse();
       std::move(begin)();
@@ -173,7 +174,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void RunOn(WorkerPool* workers) {
-    workers->Run(context_.peer(), [this] { TakeTurn(); });
+    workers->Run(context_.origin(), [this] { TakeTurn(); });
   }
 
   void TakeTurn() {
@@ -212,7 +213,8 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     if (status_.ok() && !is_parsed_) Parse();
     if (!status_.ok()) return status_;
     if (!source_) {
-      HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Source> source, open_(*request_));
+      HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Source> source,
+                                open_(*request_, context_.ticket().client()));
       source_ = std::move(source);
     }
     alignas(std::max_align_t) char block[kMessageBytes];

@@ -91,9 +91,9 @@ grpc::ServerUnaryReactor* AnswerOn(WorkerPool* workers, UnaryCallPtr call,
       return absl::OkStatus();
     });
   }
-  const std::string client = call->context().peer();
+  const WorkerPool::Origin origin = call->context().origin();
   const std::string subject = turns == Turns::kOnePerMap ? call->context().map() : "";
-  workers->Run(client, subject, [call = std::move(call), answer = std::move(answer)]() mutable {
+  workers->Run(origin, subject, [call = std::move(call), answer = std::move(answer)]() mutable {
     Cancellation cancellation([&call] { return call->CheckWanted(); });
     absl::StatusOr<int64_t> items = 0;
     {
@@ -130,8 +130,8 @@ grpc::ServerUnaryReactor* StartOn(WorkerPool* workers, UnaryCallPtr call,
     call->Finish(call->admitted());
     return reactor;
   }
-  const std::string client = call->context().peer();
-  workers->Run(client, [call = std::move(call), start = std::move(start)]() mutable {
+  const WorkerPool::Origin origin = call->context().origin();
+  workers->Run(origin, [call = std::move(call), start = std::move(start)]() mutable {
     absl::Status status;
     {
       // Not asked after `start`, because the call may have ended by then.
@@ -158,7 +158,7 @@ void SubmitAndFinish(UnaryCallPtr call, MapSession& session, EditBatch batch,
   Submission submission{std::move(batch), *std::move(author), request_id,
                         std::move(request_digest)};
   submission.cancellation = call->MakeCancellation();
-  submission.host = call->ticket().client();
+  submission.client = call->ticket().client();
   session.Submit(std::move(submission),
                  [call = std::move(call), request_id, edits,
                   respond = std::move(respond)](absl::StatusOr<storage::Receipt> receipt) mutable {

@@ -2,7 +2,6 @@
 
 #include <utility>
 
-#include "base/admission/client_host.h"
 #include "base/cancellation/give_way.h"
 #include "server/rpc/scheduling.h"
 
@@ -28,34 +27,33 @@ WorkerPool::~WorkerPool() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void WorkerPool::Run(absl::string_view client, absl::string_view subject, Task task) {
-  const std::string host = admission::HostOfPeer(client);
+void WorkerPool::Run(Origin origin, absl::string_view subject, Task task) {
   MutexLock lock(&mutex_);
-  FindOrAddConnection(client, host)->tasks.push_back({std::string(subject), std::move(task)});
+  FindOrAddConnection(origin)->tasks.push_back({std::string(subject), std::move(task)});
   changed_.NotifyOne();
 }
 
-std::list<WorkerPool::Connection>::iterator WorkerPool::FindOrAddConnection(
-    absl::string_view client, absl::string_view host) {
-  const auto known = connection_by_client_.find(client);
-  if (known != connection_by_client_.end()) return known->second;
-  auto entry = host_by_name_.find(host);
-  if (entry == host_by_name_.end()) {
-    const auto added = hosts_.insert(hosts_.end(), {std::string(host), {}});
-    entry = host_by_name_.emplace(added->name, added).first;
+std::list<WorkerPool::Connection>::iterator WorkerPool::FindOrAddConnection(const Origin& origin) {
+  const auto known = connection_by_names_.find(ConnectionKey(origin.client, origin.connection));
+  if (known != connection_by_names_.end()) return known->second;
+  auto entry = client_by_name_.find(origin.client);
+  if (entry == client_by_name_.end()) {
+    const auto added = clients_.insert(clients_.end(), {std::string(origin.client), {}});
+    entry = client_by_name_.emplace(added->name, added).first;
   }
-  std::list<Connection>& connections = entry->second->connections;
-  const auto added = connections.insert(connections.end(), {std::string(client), {}});
-  connection_by_client_.emplace(added->client, added);
+  Client& client = *entry->second;
+  const auto added =
+      client.connections.insert(client.connections.end(), {std::string(origin.connection), {}});
+  connection_by_names_.emplace(ConnectionKey(client.name, added->name), added);
   return added;
 }
 
 std::optional<WorkerPool::Turn> WorkerPool::FindTurn() {
-  for (auto host = hosts_.begin(); host != hosts_.end(); ++host) {
-    for (auto connection = host->connections.begin(); connection != host->connections.end();
+  for (auto client = clients_.begin(); client != clients_.end(); ++client) {
+    for (auto connection = client->connections.begin(); connection != client->connections.end();
          ++connection) {
       if (!busy_subjects_.contains(connection->tasks.front().subject)) {
-        return Turn{host, connection};
+        return Turn{client, connection};
       }
     }
   }
@@ -63,21 +61,21 @@ std::optional<WorkerPool::Turn> WorkerPool::FindTurn() {
 }
 
 WorkerPool::Queued WorkerPool::TakeTurn(const Turn& turn) {
-  const auto [host, connection] = turn;
+  const auto [client, connection] = turn;
   Queued next = std::move(connection->tasks.front());
   connection->tasks.pop_front();
-  std::list<Connection>& connections = host->connections;
+  std::list<Connection>& connections = client->connections;
   if (connection->tasks.empty()) {
-    connection_by_client_.erase(connection->client);
+    connection_by_names_.erase(ConnectionKey(client->name, connection->name));
     connections.erase(connection);
   } else {
     connections.splice(connections.end(), connections, connection);
   }
   if (connections.empty()) {
-    host_by_name_.erase(host->name);
-    hosts_.erase(host);
+    client_by_name_.erase(client->name);
+    clients_.erase(client);
   } else {
-    hosts_.splice(hosts_.end(), hosts_, host);
+    clients_.splice(clients_.end(), clients_, client);
   }
   return next;
 }
@@ -85,7 +83,7 @@ WorkerPool::Queued WorkerPool::TakeTurn(const Turn& turn) {
 WorkerPool::Queued WorkerPool::Take() {
   MutexLock lock(&mutex_);
   std::optional<Turn> turn = FindTurn();
-  while (!turn && !(ending_ && hosts_.empty())) {
+  while (!turn && !(ending_ && clients_.empty())) {
     changed_.Wait(&mutex_);
     turn = FindTurn();
   }

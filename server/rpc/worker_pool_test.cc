@@ -11,6 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_split.h"
+#include "absl/strings/string_view.h"
+
 namespace hypermap::server {
 namespace {
 
@@ -24,77 +27,70 @@ TEST(WorkerPool, RunsTasksOfOneThreadInOrderAndAllBeforeItEnds) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(ran[i], i);
 }
 
-TEST(WorkerPool, A4ClientsTakeTurns) {
-  std::vector<std::string> ran;
-  {
-    std::promise<void> all_queued;
-    WorkerPool pool("hm-test", 1);
-    pool.Run([&] { all_queued.get_future().wait(); });
-    for (int i = 0; i < 3; ++i) pool.Run("greedy", [&ran] { ran.push_back("greedy"); });
-    pool.Run("modest", [&ran] { ran.push_back("modest"); });
-    all_queued.set_value();
-  }
-  EXPECT_EQ(ran, (std::vector<std::string>{"greedy", "modest", "greedy", "greedy"}));
+// Where a task comes from: "client/connection".
+WorkerPool::Origin OriginOf(absl::string_view name) {
+  const std::pair<absl::string_view, absl::string_view> parts = absl::StrSplit(name, '/');
+  return {parts.first, parts.second};
 }
 
-// Runs the tasks of these clients, which come in this order, on one thread. Returns the order in
-// which they ran.
-std::vector<std::string> OrderOf(const std::vector<std::string>& clients) {
+// Runs tasks of these origins, which come in this order, on one thread. Returns the order in which
+// they ran.
+std::vector<std::string> OrderOf(const std::vector<std::string>& origins) {
   std::vector<std::string> ran;
   std::promise<void> all_queued;
   {
     WorkerPool pool("hm-test", 1);
     pool.Run([&] { all_queued.get_future().wait(); });
-    for (const std::string& client : clients) {
-      pool.Run(client, [&ran, client] { ran.push_back(client); });
+    for (const std::string& origin : origins) {
+      pool.Run(OriginOf(origin), [&ran, origin] { ran.push_back(origin); });
     }
     all_queued.set_value();
   }
   return ran;
 }
 
-TEST(WorkerPool, A4ManyConnectionsOfAHostHaveTheTurnsOfOneHost) {
-  std::vector<std::string> clients;
-  for (int port = 1; port <= 270; ++port) {
-    clients.push_back("ipv4:10.0.0.1:" + std::to_string(port));
-  }
-  clients.insert(clients.end(), {"ipv4:10.0.0.2:1", "ipv4:10.0.0.2:1"});
-  const std::vector<std::string> ran = OrderOf(clients);
+TEST(WorkerPool, A4ClientsTakeTurns) {
+  EXPECT_EQ(OrderOf({"greedy/1", "greedy/1", "greedy/1", "modest/1"}),
+            (std::vector<std::string>{"greedy/1", "modest/1", "greedy/1", "greedy/1"}));
+}
+
+TEST(WorkerPool, A4ManyConnectionsOfAClientHaveTheTurnsOfOneClient) {
+  std::vector<std::string> origins;
+  for (int port = 1; port <= 270; ++port) origins.push_back("greedy/" + std::to_string(port));
+  origins.insert(origins.end(), {"modest/1", "modest/1"});
+  const std::vector<std::string> ran = OrderOf(origins);
   ASSERT_EQ(ran.size(), 272u);
   EXPECT_EQ(std::vector<std::string>(ran.begin(), ran.begin() + 5),
-            (std::vector<std::string>{"ipv4:10.0.0.1:1", "ipv4:10.0.0.2:1", "ipv4:10.0.0.1:2",
-                                      "ipv4:10.0.0.2:1", "ipv4:10.0.0.1:3"}));
+            (std::vector<std::string>{"greedy/1", "modest/1", "greedy/2", "modest/1", "greedy/3"}));
 }
 
-TEST(WorkerPool, A4ConnectionsOfAHostTakeTurns) {
-  const std::string greedy = "ipv4:10.0.0.1:1", modest = "ipv4:10.0.0.1:2";
-  const std::string other = "ipv4:10.0.0.2:1";
-  EXPECT_EQ(OrderOf({greedy, greedy, greedy, modest, other, other}),
-            (std::vector<std::string>{greedy, other, modest, other, greedy, greedy}));
+TEST(WorkerPool, A4ConnectionsOfAClientTakeTurns) {
+  EXPECT_EQ(
+      OrderOf({"fleet/1", "fleet/1", "fleet/1", "fleet/2", "other/1", "other/1"}),
+      (std::vector<std::string>{"fleet/1", "other/1", "fleet/2", "other/1", "fleet/1", "fleet/1"}));
 }
 
-TEST(WorkerPool, AddressesOfOneIpv6NetworkAreOneHost) {
-  const std::string first = "ipv6:%5B2001:db8::1%5D:1", second = "ipv6:%5B2001:db8::2%5D:1";
-  const std::string other = "ipv6:%5B2001:db8:0:1::1%5D:1";
-  EXPECT_EQ(OrderOf({first, second, other}), (std::vector<std::string>{first, other, second}));
+TEST(WorkerPool, ClientsThatShareAConnectionTakeTurns) {
+  EXPECT_EQ(OrderOf({"greedy/gateway", "greedy/gateway", "modest/gateway"}),
+            (std::vector<std::string>{"greedy/gateway", "modest/gateway", "greedy/gateway"}));
 }
 
-TEST(WorkerPool, AHostWhoseTasksWaitForASubjectIsPassedOver) {
+TEST(WorkerPool, AClientWhoseTasksWaitForASubjectIsPassedOver) {
   std::promise<void> kitchen_is_busy, other_ran;
   std::vector<int> in_kitchen;
   {
     WorkerPool pool("hm-test", 2);
-    pool.Run("ipv4:10.0.0.1:1", "kitchen", [&] {
+    pool.Run({"fleet", "1"}, "kitchen", [&] {
       kitchen_is_busy.set_value();
       other_ran.get_future().wait();
     });
     kitchen_is_busy.get_future().wait();
     for (int port = 2; port <= 20; ++port) {
-      pool.Run("ipv4:10.0.0.1:" + std::to_string(port), "kitchen",
+      pool.Run({"fleet", std::to_string(port)}, "kitchen",
                [&, port] { in_kitchen.push_back(port); });
     }
     // Comes last, and runs while the subject of all others is busy.
-    pool.Run("ipv4:10.0.0.2:1", "hall", [&] { other_ran.set_value(); });
+    pool.Run({"other", "1"}, "hall", [&] { other_ran.set_value(); });
   }
   ASSERT_EQ(in_kitchen.size(), 19u);
   for (int i = 0; i < 19; ++i) EXPECT_EQ(in_kitchen[i], i + 2);
@@ -115,16 +111,16 @@ TEST(WorkerPool, TasksAboutOneSubjectTakeOneThread) {
   {
     WorkerPool pool("hm-test", 2);
     // The first one of them waits for a task of the same client about something else.
-    pool.Run("client 0", "kitchen", [&] { other_ran.get_future().wait(); });
+    pool.Run({"client 0", ""}, "kitchen", [&] { other_ran.get_future().wait(); });
     for (int i = 1; i <= 20; ++i) {
-      pool.Run("client " + std::to_string(i), "kitchen", [&] {
+      pool.Run({"client " + std::to_string(i), ""}, "kitchen", [&] {
         EXPECT_EQ(++running, 1);
         std::this_thread::yield();
         --running;
         ++ran;
       });
     }
-    pool.Run("client 0", "hall", [&] { other_ran.set_value(); });
+    pool.Run({"client 0", ""}, "hall", [&] { other_ran.set_value(); });
   }
   EXPECT_EQ(ran, 20);
 }

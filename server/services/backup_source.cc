@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/admission/budget.h"
-#include "base/admission/client_host.h"
 #include "base/status/status_macros.h"
 #include "server/rpc/scratch_file.h"
 
@@ -18,7 +17,7 @@ class BackupSource : public MessageSource<v1::BackupMapResponse> {
  public:
   BackupSource(const Facilities& facilities, absl::string_view client)
       : file_(facilities.scratch_dir),
-        charge_(&facilities.budgets->scratch_bytes, admission::HostOfPeer(client)),
+        charge_(&facilities.budgets->scratch_bytes, client),
         max_chunk_bytes_(facilities.limits.max_chunk_bytes) {}
 
   absl::Status Open(MapSession& session) {

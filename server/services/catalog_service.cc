@@ -259,7 +259,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::ExportMapRequest, v1::ExportMapResponse>(
       facilities_.door(), context, Rpc::kExportMap, *request, files, files,
-      [this, client = context->peer()](const v1::ExportMapRequest& asked) {
+      [this](const v1::ExportMapRequest& asked, absl::string_view client) {
         return OpenExport(facilities_, client, asked);
       },
       CheckRequestSize(*request, FixedLimits::kMaxRequestBytes));
@@ -272,7 +272,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::BackupMapRequest, v1::BackupMapResponse>(
       facilities_.door(), context, Rpc::kBackupMap, *request, files, files,
-      [this, client = context->peer()](const v1::BackupMapRequest& asked) {
+      [this](const v1::BackupMapRequest& asked, absl::string_view client) {
         return OpenBackup(facilities_, client, asked);
       },
       CheckRequestSize(*request, FixedLimits::kMaxRequestBytes));

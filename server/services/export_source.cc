@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "base/admission/budget.h"
-#include "base/admission/client_host.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "server/services/map_files.h"
@@ -15,7 +14,7 @@ namespace {
 class ExportSource : public MessageSource<v1::ExportMapResponse> {
  public:
   ExportSource(const Facilities& facilities, absl::string_view client)
-      : charge_(&facilities.budgets->request_bytes, admission::HostOfPeer(client)),
+      : charge_(&facilities.budgets->request_bytes, client),
         max_chunk_bytes_(static_cast<size_t>(facilities.limits.max_chunk_bytes)) {}
 
   // The size is known only when the files are there. As many are encoded at a time as there are

@@ -26,7 +26,7 @@ constexpr int64_t kLargeImportBytes = 8 << 20;
 ImportCall::ImportCall(grpc::CallbackServerContext* context, const Facilities* facilities,
                        grpc::ByteBuffer* response)
     : UploadCall(context, facilities, response, Rpc::kImportMap),
-      files_(*facilities, context_.peer()) {
+      files_(*facilities, context_.ticket().client()) {
   Begin();
 }
 
@@ -124,7 +124,7 @@ absl::StatusOr<storage::Receipt> ImportCall::Submit(MapSession& session,
   std::string digest = digest_ ? std::move(*digest_).Finish() : "";
   Submission submission{std::move(imported.batch), author_, header_->request_id(),
                         std::move(digest)};
-  submission.host = ticket_.client();
+  submission.client = ticket_.client();
   return session.SubmitAndWait(std::move(submission));
 }
 

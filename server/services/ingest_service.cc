@@ -24,7 +24,7 @@ absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const
   FusionSubmission submission{std::move(command), std::move(author), request.request_id(),
                               DigestOf(request)};
   submission.cancellation = call->MakeCancellation();
-  submission.host = call->ticket().client();
+  submission.client = call->ticket().client();
   response->set_map(request.map());
   response->set_incarnation(session->incarnation());
   session->Run(std::move(submission), [call = std::move(call), request_id = request.request_id(),

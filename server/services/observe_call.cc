@@ -85,7 +85,7 @@ void ObserveCall::OnReadDone(bool ok) {
     WorkerPool& pool = read_.Length() > kFewBytes ? workers.long_writes : workers.writes;
     grpc::ByteBuffer bytes;
     bytes.Swap(&read_);
-    pool.Run(context_.peer(), [this, bytes] { TakeRequest(bytes); });
+    pool.Run(context_.origin(), [this, bytes] { TakeRequest(bytes); });
   });
 }
 
@@ -255,15 +255,15 @@ void ObserveCall::Open(std::shared_ptr<const v1::ObserveRequest> request) {
       StartFusion{layer_, {opening.strategy(), opening.parameters(), opening.exploration_layer()}},
       author_, ""};
   start.cancellation = context_.MakeCancellation();
-  start.host = ticket_.client();
+  start.client = ticket_.client();
   session_->Run(std::move(start), [this, request = std::move(request)](
                                       const absl::StatusOr<storage::Receipt>& receipt) {
     if (!receipt.ok()) return Took(*request, receipt.status());
     // It waits for the writer, which must occupy neither a thread for short tasks nor more than one
     // of the others.
-    facilities_->workers->openings.Run(context_.peer(), request->opening().map(), [this, request] {
-      Took(*request, TellOpened(request->opening().robot()));
-    });
+    facilities_->workers->openings.Run(
+        context_.origin(), request->opening().map(),
+        [this, request] { Took(*request, TellOpened(request->opening().robot())); });
   });
 }
 
@@ -316,7 +316,7 @@ absl::Status ObserveCall::Submit(const v1::ObserveRequest& request) {
   std::vector<ObservationVerdict> invalid;
   ObservationSubmission submission{layer_, {}, author_};
   submission.cancellation = context_.MakeCancellation();
-  submission.host = ticket_.client();
+  submission.client = ticket_.client();
   for (const v1::Observation& message : request.observations()) {
     HYPERMAP_RETURN_IF_ERROR(CheckRobot(message.robot()));
     absl::StatusOr<Observation> observation =

@@ -180,7 +180,7 @@ std::optional<absl::Status> PointsCall::TakeBatch() {
   HYPERMAP_RETURN_IF_ERROR(Charge(cost));
   WorkerPool& long_questions = facilities_->workers->long_questions;
   if (!is_counted || cost > kMaxInlineCost) {
-    long_questions.Run(context_.peer(), [this, bytes] { TakeOnWorker(bytes); });
+    long_questions.Run(context_.origin(), [this, bytes] { TakeOnWorker(bytes); });
     return std::nullopt;
   }
   HYPERMAP_RETURN_IF_ERROR(UnlessMemoryFails([&] { return Parse(bytes); }));
@@ -228,7 +228,7 @@ std::optional<absl::Status> PointsCall::AnswerAtOnce() {
 }
 
 void PointsCall::AnswerOn(WorkerPool* workers) {
-  workers->Run(context_.peer(), [this] { AnswerHere(); });
+  workers->Run(context_.origin(), [this] { AnswerHere(); });
 }
 
 void PointsCall::AnswerHere() {

@@ -192,7 +192,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
   return Begin(new StreamedAnswer<v1::QueryAreaRequest, v1::QueryAreaResponse>(
       facilities_.door(), context, Rpc::kQueryArea, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
-      [this](const v1::QueryAreaRequest& asked) { return OpenArea(asked); },
+      [this](const v1::QueryAreaRequest& asked, absl::string_view) { return OpenArea(asked); },
       CheckQuestionSize(*request, facilities_.limits)));
 }
 
@@ -217,7 +217,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
   return Begin(new StreamedAnswer<v1::QueryValueRequest, v1::QueryValueResponse>(
       facilities_.door(), context, Rpc::kQueryValue, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
-      [this](const v1::QueryValueRequest& asked) { return OpenValue(asked); },
+      [this](const v1::QueryValueRequest& asked, absl::string_view) { return OpenValue(asked); },
       CheckQuestionSize(*request, facilities_.limits)));
 }
 

@@ -6,7 +6,6 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
-#include "base/admission/client_host.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/check_report.h"
@@ -18,7 +17,7 @@ namespace hypermap::server {
 RestoreCall::RestoreCall(grpc::CallbackServerContext* context, const Facilities* facilities,
                          grpc::ByteBuffer* response)
     : UploadCall(context, facilities, response, Rpc::kRestoreMap),
-      charge_(&facilities->budgets->scratch_bytes, admission::HostOfPeer(context_.peer())) {
+      charge_(&facilities->budgets->scratch_bytes, context_.ticket().client()) {
   Begin();
 }
 

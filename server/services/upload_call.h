@@ -29,10 +29,10 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer> {
   void OnReadDone(bool ok) final {
     if (!ok) {
       facilities_->workers->files.Run(
-          context_.peer(), [this] { End(UnlessMemoryFails([this] { return CarryOut(); })); });
+          context_.origin(), [this] { End(UnlessMemoryFails([this] { return CarryOut(); })); });
       return;
     }
-    facilities_->workers->uploads.Run(context_.peer(), [this, charged = ChargeMessage()] {
+    facilities_->workers->uploads.Run(context_.origin(), [this, charged = ChargeMessage()] {
       const absl::Status status =
           charged.ok() ? UnlessMemoryFails([this] { return TakeMessage(); }) : charged;
       // Removing the files may take long, too.

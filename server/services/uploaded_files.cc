@@ -4,7 +4,6 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "base/admission/client_host.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 
@@ -27,8 +26,7 @@ absl::Status ValidateFileName(const std::string& name) {
 }  // namespace
 
 UploadedFiles::UploadedFiles(const Facilities& facilities, absl::string_view client)
-    : facilities_(facilities),
-      charge_(&facilities.budgets->scratch_bytes, admission::HostOfPeer(client)) {}
+    : facilities_(facilities), charge_(&facilities.budgets->scratch_bytes, client) {}
 
 absl::Status UploadedFiles::Append(const std::string& file_name, const std::string& piece) {
   const auto size = static_cast<int64_t>(piece.size());

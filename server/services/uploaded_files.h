@@ -22,7 +22,7 @@ namespace hypermap::server {
 // memory. Files that are left are removed with this object.
 class UploadedFiles {
  public:
-  // `client` is charged for the bytes on disk. `facilities` must outlive this.
+  // `client` (CallTicket::client) is charged for the bytes on disk. `facilities` must outlive this.
   UploadedFiles(const Facilities& facilities, absl::string_view client);
 
   // Appends a piece of a file; the pieces of one file follow each other. INVALID_ARGUMENT for a

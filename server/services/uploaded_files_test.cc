@@ -32,7 +32,7 @@ class UploadedFilesTest : public ::testing::Test {
 };
 
 TEST_F(UploadedFilesTest, PiecesAreReadBackAsFilesAndRemovedAtTheEnd) {
-  std::optional<UploadedFiles> files(std::in_place, facilities_, "ipv4:10.0.0.1:5");
+  std::optional<UploadedFiles> files(std::in_place, facilities_, "10.0.0.1");
   const std::string binary("\0\n\xff", 3);
   ASSERT_TRUE(files->Append("map.yaml", "image: ").ok());
   ASSERT_TRUE(files->Append("map.yaml", "map.png").ok());
@@ -52,7 +52,7 @@ TEST_F(UploadedFilesTest, PiecesAreReadBackAsFilesAndRemovedAtTheEnd) {
 }
 
 TEST_F(UploadedFilesTest, RemovedFilesTakeNoRoom) {
-  UploadedFiles files(facilities_, "ipv4:10.0.0.1:5");
+  UploadedFiles files(facilities_, "10.0.0.1");
   ASSERT_TRUE(files.Append("map.yaml", "image: ").ok());
   ASSERT_TRUE(files.Append("map.png", "x").ok());
   files.Remove();
@@ -61,26 +61,26 @@ TEST_F(UploadedFilesTest, RemovedFilesTakeNoRoom) {
 }
 
 TEST_F(UploadedFilesTest, B6UploadsTogetherStayBelowTheBudgetForScratchFiles) {
-  UploadedFiles first(facilities_, "ipv4:10.0.0.1:5");
-  UploadedFiles second(facilities_, "ipv4:10.0.0.1:6");
+  UploadedFiles first(facilities_, "10.0.0.1");
+  UploadedFiles second(facilities_, "10.0.0.1");
   EXPECT_TRUE(first.Append("a", std::string(60, 'x')).ok());
   EXPECT_TRUE(second.Append("a", std::string(40, 'x')).ok());
   const absl::Status status = second.Append("a", "x");
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("--max_scratch_bytes"));
-  UploadedFiles other(facilities_, "ipv4:10.0.0.2:5");
+  UploadedFiles other(facilities_, "10.0.0.2");
   EXPECT_TRUE(other.Append("a", std::string(60, 'x')).ok());
 }
 
 TEST_F(UploadedFilesTest, OneImportIsLimitedToo) {
-  UploadedFiles files(facilities_, "ipv4:10.0.0.1:5");
+  UploadedFiles files(facilities_, "10.0.0.1");
   const absl::Status status = files.Append("a", std::string(61, 'x'));
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("--max_import_bytes, 60"));
 }
 
 TEST_F(UploadedFilesTest, NamesOfFilesAreChecked) {
-  UploadedFiles files(facilities_, "ipv4:10.0.0.1:5");
+  UploadedFiles files(facilities_, "10.0.0.1");
   ASSERT_TRUE(files.Append("a", "1").ok());
   ASSERT_TRUE(files.Append("b", "1").ok());
   for (const char* name : {"", "x/y", "..\\y", "a"}) {

@@ -39,9 +39,9 @@ struct Submission {
   // Tells whether the caller still waits; null if it doesn't matter. Used until the batch is
   // written, and not after the callback is called.
   std::shared_ptr<Cancellation> cancellation = nullptr;
-  // The host of the caller, as admission::HostOfPeer names it, which may fill half of the map's
-  // queue. Empty for work of the server itself, which the whole queue bounds.
-  std::string host = {};
+  // The caller's name in budgets (CallTicket::client), which may fill half of the map's queue.
+  // Empty for work of the server itself, which the whole queue bounds.
+  std::string client = {};
 };
 
 struct FusionSubmission {
@@ -51,7 +51,7 @@ struct FusionSubmission {
   std::string request_id;
   std::string request_digest = {};
   std::shared_ptr<Cancellation> cancellation = nullptr;
-  std::string host = {};
+  std::string client = {};
 };
 
 struct ObservationSubmission {
@@ -60,7 +60,7 @@ struct ObservationSubmission {
   std::string author;
   // As in Submission, but used only until the observations are judged: others share what follows.
   std::shared_ptr<Cancellation> cancellation = nullptr;
-  std::string host = {};
+  std::string client = {};
 };
 
 using ReceiptCallback = absl::AnyInvocable<void(absl::StatusOr<storage::Receipt>) &&>;

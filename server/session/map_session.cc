@@ -162,10 +162,10 @@ absl::Status MapSession::CheckAccepts(size_t queued, int64_t bytes) const {
       " bytes is too many, --max_queue_bytes is ", options_.limits.max_queue_bytes));
 }
 
-absl::Status MapSession::CheckShare(const std::string& host, int64_t bytes) const {
-  const auto it = queue_.by_host.find(host);
-  // The first submission of a host may have any size, and a place also in a queue of one.
-  if (host.empty() || it == queue_.by_host.end()) return absl::OkStatus();
+absl::Status MapSession::CheckShare(const std::string& client, int64_t bytes) const {
+  const auto it = queue_.by_client.find(client);
+  // The first submission of a client may have any size, and a place also in a queue of one.
+  if (client.empty() || it == queue_.by_client.end()) return absl::OkStatus();
   const Waiting& waiting = it->second;
   const Limits& limits = options_.limits;
   if (waiting.number >= limits.max_queue / 2) {
@@ -189,13 +189,13 @@ void MapSession::Enqueue(SubmissionType submission, Callback done) {
   {
     MutexLock lock(&queue_mutex_);
     accepted = CheckAccepts(queue_.submissions.size(), bytes);
-    if (accepted.ok()) accepted = CheckShare(submission.host, bytes);
+    if (accepted.ok()) accepted = CheckShare(submission.client, bytes);
     if (accepted.ok()) {
       queue_.bytes += bytes;
-      if (!submission.host.empty()) {
-        Waiting& of_host = queue_.by_host[submission.host];
-        ++of_host.number;
-        of_host.bytes += bytes;
+      if (!submission.client.empty()) {
+        Waiting& of_client = queue_.by_client[submission.client];
+        ++of_client.number;
+        of_client.bytes += bytes;
       }
       queue_.submissions.push_back(
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
@@ -365,7 +365,7 @@ std::optional<std::vector<MapSession::QueuedSubmission>> MapSession::TakeSubmiss
   }
   if (queue_.empty() && closing_) return std::nullopt;
   queue_.bytes = 0;
-  queue_.by_host.clear();
+  queue_.by_client.clear();
   return std::exchange(queue_.submissions, {});
 }
 

@@ -2,7 +2,7 @@
 //
 // Readers copy a pointer to the newest snapshot and work on it without locks; they never wait for a
 // disk. Batches wait for the map's writer thread in a queue that is bounded by their number and
-// their bytes, and of which one host may fill half. The writer takes all queued batches, commits
+// their bytes, and of which one client may fill half. The writer takes all queued batches, commits
 // them in one transaction (each with its own revision; in several, if their changes are large),
 // publishes the snapshot, and then answers: an acknowledged batch is on disk and visible, and
 // nothing is visible that is not on disk. Commit times never decrease. Between groups the writer
@@ -96,8 +96,8 @@ class MapSession {
 
   // Calls `done` on the writer's thread: with the receipt once the batch is on disk and visible, or
   // with the error for which it changed nothing. RESOURCE_EXHAUSTED if the queue or its half of the
-  // submission's host is full (by number or by bytes; an empty queue takes a submission of any
-  // size, and so does the half of a host of which none waits, if the queue has room) and
+  // submission's client is full (by number or by bytes; an empty queue takes a submission of any
+  // size, and so does the half of a client of which none waits, if the queue has room) and
   // UNAVAILABLE if the session is closed; then on the caller's thread. `done` must not wait and
   // must not own the session.
   void Submit(Submission submission, ReceiptCallback done);
@@ -173,9 +173,9 @@ class MapSession {
   };
   struct Work {
     std::vector<QueuedSubmission> submissions;
-    int64_t bytes = 0;                                  // of the submissions
-    absl::flat_hash_map<std::string, Waiting> by_host;  // the submissions that name a host
-    std::vector<Task> tasks;                            // run between two groups of submissions
+    int64_t bytes = 0;                                    // of the submissions
+    absl::flat_hash_map<std::string, Waiting> by_client;  // the submissions that name a client
+    std::vector<Task> tasks;                              // run between two groups of submissions
 
     bool empty() const { return submissions.empty() && tasks.empty(); }
   };
@@ -217,8 +217,8 @@ class MapSession {
   // Whether a submission or task of `bytes` may wait behind `queued` others.
   absl::Status CheckAccepts(size_t queued, int64_t bytes) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
-  // Whether the host may add a submission of `bytes` to its half of the queue.
-  absl::Status CheckShare(const std::string& host, int64_t bytes) const
+  // Whether the client may add a submission of `bytes` to its half of the queue.
+  absl::Status CheckShare(const std::string& client, int64_t bytes) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
 
   const SessionOptions options_;

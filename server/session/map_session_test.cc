@@ -80,9 +80,9 @@ class MapSessionTest : public ::testing::Test {
   std::future<Answer> Submit(EditBatch batch, const std::string& request_id = "") {
     return Submit(Submission{std::move(batch), "test", request_id});
   }
-  std::future<Answer> SubmitFrom(const std::string& host, EditBatch batch) {
+  std::future<Answer> SubmitFrom(const std::string& client, EditBatch batch) {
     Submission submission{std::move(batch), "test", ""};
-    submission.host = host;
+    submission.client = client;
     return Submit(std::move(submission));
   }
   std::future<Answer> Submit(Submission submission) {
@@ -425,7 +425,7 @@ TEST_F(MapSessionTest, B7QueueIsBoundedByItsBytes) {
   EXPECT_TRUE(second.get().ok());
 }
 
-TEST_F(MapSessionTest, AHostFillsHalfOfThePlacesInTheQueue) {
+TEST_F(MapSessionTest, AClientFillsHalfOfThePlacesInTheQueue) {
   SessionOptions options;
   options.limits.max_queue = 5;
   Reopen(options);
@@ -437,31 +437,31 @@ TEST_F(MapSessionTest, AHostFillsHalfOfThePlacesInTheQueue) {
     EXPECT_TRUE(admission::IsTryLater(refused)) << refused;
     EXPECT_THAT(std::string(refused.message()), HasSubstr("one client"));
     EXPECT_THAT(std::string(refused.message()), HasSubstr("half of --max_queue, 5"));
-    // There is room for another host, and for the server itself.
+    // There is room for another client, and for the server itself.
     accepted.push_back(SubmitFrom("10.0.0.2", PutCup()));
     for (int i = 0; i < 2; ++i) accepted.push_back(Submit(PutCup()));
     const absl::Status full = Submit(PutCup()).get().status();
     EXPECT_THAT(std::string(full.message()), HasSubstr("--max_queue is 5"));
     disk_.Release();
     EXPECT_TRUE(held.get().ok());
-    // Written batches have left the queue: the host has its half again.
+    // Written batches have left the queue: the client has its half again.
     for (std::future<Answer>& answer : accepted) EXPECT_TRUE(answer.get().ok());
   }
 }
 
-TEST_F(MapSessionTest, AHostHasAPlaceInAQueueOfOne) {
+TEST_F(MapSessionTest, AClientHasAPlaceInAQueueOfOne) {
   SessionOptions options;
   options.limits.max_queue = 1;
   Reopen(options);
   EXPECT_TRUE(SubmitFrom("10.0.0.1", PutCup()).get().ok());
 }
 
-TEST_F(MapSessionTest, AHostFillsHalfOfTheBytesInTheQueue) {
+TEST_F(MapSessionTest, AClientFillsHalfOfTheBytesInTheQueue) {
   SessionOptions options;
   options.limits.max_queue_bytes = 20'000;
   Reopen(options);
   auto held = HoldWriter();
-  // The first of a host may be larger than its half, if the queue has room.
+  // The first of a client may be larger than its half, if the queue has room.
   auto large = SubmitFrom("10.0.0.1", PutCupWithNote(12'000));
   const absl::Status refused = SubmitFrom("10.0.0.1", PutCup()).get().status();
   EXPECT_TRUE(admission::IsTryLater(refused)) << refused;
@@ -477,15 +477,15 @@ TEST_F(MapSessionTest, AHostFillsHalfOfTheBytesInTheQueue) {
   EXPECT_TRUE(own.get().ok());
 }
 
-TEST_F(MapSessionTest, ObservationsAndCommandsCountForTheirHost) {
+TEST_F(MapSessionTest, ObservationsAndCommandsCountForTheirClient) {
   SessionOptions options;
   options.limits.max_queue = 4;
   Reopen(options);
   auto held = HoldWriter();
   ObservationSubmission observations{"things", {}, "robot"};
-  observations.host = "10.0.0.1";
+  observations.client = "10.0.0.1";
   FusionSubmission command{RebuildFusion{"things", "", ""}, "test", ""};
-  command.host = "10.0.0.1";
+  command.client = "10.0.0.1";
   std::promise<void> observed, commanded;
   session_->Observe(std::move(observations), [&](const auto&) { observed.set_value(); });
   session_->Run(std::move(command), [&](const Answer&) { commanded.set_value(); });

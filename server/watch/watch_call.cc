@@ -67,7 +67,7 @@ void WatchCall::CancelWrite() {
 }
 
 void WatchCall::RunOnWorker() {
-  shared_->workers->Run(context_.peer(), [this] { TakeTurn(); });
+  shared_->workers->Run(context_.origin(), [this] { TakeTurn(); });
 }
 
 void WatchCall::TakeTurn() {

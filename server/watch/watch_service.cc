@@ -63,7 +63,9 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
   auto* const answer = new StreamedAnswer<v1::ListChangesRequest, v1::ListChangesResponse>(
       facilities_.door(), context, Rpc::kListChanges, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
-      [this](const v1::ListChangesRequest& asked) { return OpenDifference(facilities_, asked); },
+      [this](const v1::ListChangesRequest& asked, absl::string_view) {
+        return OpenDifference(facilities_, asked);
+      },
       CheckQuestionSize(*request, facilities_.limits));
   answer->BeginOnWorker();
   return answer;
