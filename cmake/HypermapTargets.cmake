@@ -61,8 +61,9 @@ endfunction()
 # Builds all programs of hypermap_test.
 add_custom_target(unit_tests)
 
-# Tests are compiled without optimization, which would take longer than most of them run.
-set(HYPERMAP_TEST_OPTIONS $<$<CONFIG:Release>:-O0>)
+# Tests are compiled without optimization, which would take longer than most of them run: under
+# sanitizers, three times as long as without.
+set(HYPERMAP_TEST_OPTIONS $<$<CONFIG:Release,RelWithDebInfo>:-O0>)
 
 # hypermap_test(NAME [THREADS] SOURCES ... DEPS ... [PROGRAMS ...] [DEFINITIONS ...]
 #   [PCH test|rpc_test|none])

@@ -13,12 +13,12 @@
 # is 0 if none has failed.
 #
 # Tests under the sanitizers that are not done when the time is over are left out, and the summary
-# says so: CI gives 90 minutes, and would tell nothing after them. On two cores all takes 45 to 60.
+# says so: CI gives 90 minutes, and would tell nothing after them. On two cores all takes about 60.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 jobs=${JOBS:-$(nproc)}
 # Many tests wait for a server, a browser or a clock.
-test_jobs=$((jobs + 1))
+test_jobs=$((2 * jobs))
 logs=build/ci
 mkdir -p "$logs"
 
