@@ -14,6 +14,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "absl/types/span.h"
 #include "map/objects/semantic_object.h"
 #include "map/observations/observation.h"
 #include "map/observations/observe_answers.h"
@@ -141,10 +142,12 @@ class FusionLog {
   // The newest checkpoint before `before`; nullopt: the newest of all.
   virtual absl::StatusOr<std::optional<FusionCheckpoint>> FindCheckpoint(
       const std::string& layer, const std::optional<LogKey>& before) = 0;
-  // Stores a checkpoint and removes all but the newest few. REQUIRES: it is the state of the stored
-  // entries.
-  virtual absl::Status KeepCheckpoint(const std::string& layer,
-                                      const FusionCheckpoint& checkpoint) = 0;
+  // The keys of all checkpoints, ascending.
+  virtual absl::StatusOr<std::vector<LogKey>> CheckpointKeys(const std::string& layer) = 0;
+  // Stores a checkpoint and removes those with the keys `dropped`. REQUIRES: it is the state of the
+  // stored entries.
+  virtual absl::Status KeepCheckpoint(const std::string& layer, const FusionCheckpoint& checkpoint,
+                                      absl::Span<const LogKey> dropped) = 0;
 };
 
 }  // namespace hypermap::storage

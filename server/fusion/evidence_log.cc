@@ -9,8 +9,8 @@
 namespace hypermap::server {
 namespace {
 
-// Number of entries that are read from the store at a time.
-constexpr int kReadEntries = 64;
+// Number of entries that are read from the store at a time. A visitor may stop at any of them.
+constexpr int kReadEntries = 16;
 // Number of decoded entries that are kept in memory.
 constexpr size_t kRecentEntries = 512;
 // Number of robots whose newest stamp is kept in memory.
@@ -152,40 +152,43 @@ absl::StatusOr<std::optional<Evidence>> EvidenceLog::Decode(const storage::LogEn
 }
 
 absl::Status EvidenceLog::Visit(const storage::LogKey& after,
-                                absl::FunctionRef<void(const Evidence&)> visit) const {
+                                absl::FunctionRef<bool(const Evidence&)> visit) const {
   auto recent = recent_.upper_bound(after);
+  bool goes_on = true;
   // Folding an entry takes milliseconds.
   const auto visit_recent = [&]() -> absl::Status {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const bool retracted = recent->second.observation && retracted_.count(recent->first.after) > 0;
-    if (!retracted) visit(recent->second);
+    if (!retracted) goes_on = visit(recent->second);
     ++recent;
     return absl::OkStatus();
   };
   // Merges the store and recent_, which are both ordered by key; after complete_after_, recent_ has
   // all entries.
   storage::LogKey at = after;
-  while (at < complete_after_) {
+  while (goes_on && at < complete_after_) {
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::LogEntry> entries,
                               stored_->Read(layer_, at, kReadEntries));
     for (const storage::LogEntry& entry : entries) {
       at = entry.key;
       if (at > complete_after_) break;
-      while (recent != recent_.end() && recent->first < at) {
+      while (goes_on && recent != recent_.end() && recent->first < at) {
         HYPERMAP_RETURN_IF_ERROR(visit_recent());
       }
+      if (!goes_on) break;
       // The same entry in both: the decoded one is cheaper.
       if (recent != recent_.end() && recent->first == at) {
         HYPERMAP_RETURN_IF_ERROR(visit_recent());
-        continue;
+      } else {
+        HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+        HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Evidence> evidence, Decode(entry));
+        if (evidence) goes_on = visit(*evidence);
       }
-      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-      HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Evidence> evidence, Decode(entry));
-      if (evidence) visit(*evidence);
+      if (!goes_on) break;
     }
     if (entries.size() < kReadEntries) break;
   }
-  while (recent != recent_.end()) HYPERMAP_RETURN_IF_ERROR(visit_recent());
+  while (goes_on && recent != recent_.end()) HYPERMAP_RETURN_IF_ERROR(visit_recent());
   return CheckCancelled();
 }
 

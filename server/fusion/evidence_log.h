@@ -56,10 +56,10 @@ class EvidenceLog {
   // it is not in the log.
   absl::StatusOr<std::shared_ptr<const Observation>> Get(const ObservationKey& key) const;
 
-  // Calls `visit` with every entry after `after`, in order. DATA_LOSS for a damaged entry; errors
-  // of CheckCancelled, also if only the last visit was given up.
+  // Calls `visit` with the entries after `after`, in order, until it returns false. DATA_LOSS for a
+  // damaged entry; errors of CheckCancelled, also if only the last visit was given up.
   absl::Status Visit(const storage::LogKey& after,
-                     absl::FunctionRef<void(const Evidence&)> visit) const;
+                     absl::FunctionRef<bool(const Evidence&)> visit) const;
 
   // Moves the changes since the last call into `change`.
   void TakeChange(storage::FusionChange* change);

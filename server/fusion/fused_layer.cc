@@ -14,9 +14,9 @@
 namespace hypermap::server {
 namespace {
 
-// Number of checkpoints in memory. When there are more, every second one of the older half is
-// dropped: the older a checkpoint, the less likely an observation is so late that it is needed.
-constexpr size_t kMaxCheckpoints = 128;
+constexpr size_t kMaxStoredCheckpoints = 8;
+// Entries of which the folding takes so long that a restart must not repeat it.
+constexpr int64_t kLongWork = 4096;
 
 // FNV-1a, 64 bits (Fowler, Noll, Vo). Hashes are stored, so that this function can't change.
 uint64_t HashOf(absl::string_view bytes) {
@@ -46,6 +46,25 @@ bool Holds(const std::vector<fusion::FusedObject>& fused, const fusion::TrackKey
   return it != fused.end() && it->track == track;
 }
 
+// Of stored checkpoints, ordered by key, those that may be dropped. Their stamps stand for their
+// positions.
+std::vector<storage::LogKey> DispensableOf(std::vector<storage::LogKey> keys,
+                                           absl::Duration max_age) {
+  std::vector<storage::LogKey> dropped;
+  const auto drop = [&](size_t i) {
+    dropped.push_back(keys[i]);
+    keys.erase(keys.begin() + static_cast<std::ptrdiff_t>(i));
+  };
+  const absl::Time newest = keys.back().after.stamp;
+  while (keys.size() >= 2 && keys[1].after.stamp < newest - max_age) drop(0);
+  while (keys.size() > kMaxStoredCheckpoints) {
+    std::vector<int64_t> stamps_ns;
+    for (const storage::LogKey& key : keys) stamps_ns.push_back(absl::ToUnixNanos(key.after.stamp));
+    drop(MostDispensable(stamps_ns, stamps_ns.back()));
+  }
+  return dropped;
+}
+
 void Earlier(const storage::LogKey& key, std::optional<storage::LogKey>* first) {
   if (!*first || key < **first) *first = key;
 }
@@ -53,7 +72,7 @@ void Earlier(const storage::LogKey& key, std::optional<storage::LogKey>* first) 
 }  // namespace
 
 FusedLayer::FusedLayer(std::string layer, storage::FusionSettings settings,
-                       std::unique_ptr<fusion::Strategy> strategy, EvidenceLog log,
+                       std::shared_ptr<const fusion::Strategy> strategy, EvidenceLog log,
                        storage::FusionLog* stored, const FusionOptions* options)
     : layer_(std::move(layer)),
       settings_(std::move(settings)),
@@ -61,7 +80,13 @@ FusedLayer::FusedLayer(std::string layer, storage::FusionSettings settings,
       log_(std::move(log)),
       stored_(stored),
       options_(options),
-      tip_{storage::BeforeAll(), strategy_->Initial()} {}
+      fold_(strategy_, options, options->max_checkpoint_bytes) {}
+
+std::unique_ptr<FusedLayer> FusedLayer::Copy() const {
+  std::unique_ptr<FusedLayer> copy(new FusedLayer(*this));
+  for (std::optional<LateFold>& late : copy->late_) late.reset();
+  return copy;
+}
 
 absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Begin(
     const std::string& layer, const storage::FusionSettings& settings, storage::FusionLog* stored,
@@ -83,11 +108,12 @@ absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
   (*fused)->settings_changed_ = false;
   HYPERMAP_RETURN_IF_ERROR((*fused)->LoadShown(snapshot));
   HYPERMAP_ASSIGN_OR_RETURN(
-      Checkpoint checkpoint,
+      FoldPoint checkpoint,
       (*fused)->CheckpointBefore(
           {{absl::FromUnixNanos(std::numeric_limits<int64_t>::max()), "", 0}, 0}));
-  HYPERMAP_RETURN_IF_ERROR((*fused)->FoldOn(std::move(checkpoint)));
-  (*fused)->new_entries_ = (*fused)->entries_folded_;
+  (*fused)->fold_.RestartAt(std::move(checkpoint));
+  HYPERMAP_RETURN_IF_ERROR((*fused)->FoldOn());
+  (*fused)->new_entries_ = (*fused)->fold_.tip().position;
   (*fused)->CountBytes();
   return fused;
 }
@@ -132,13 +158,14 @@ absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
   return options_->codec.decode_observation(*body);
 }
 
-absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observation, absl::Time now,
+absl::StatusOr<FusedLayer::Judged> FusedLayer::Judge(const Observation& observation, absl::Time now,
                                                      const Snapshot& snapshot, const Limits& limits,
+                                                     const Expected* expected,
                                                      RobotClocks* clocks) {
   std::optional<double> clock_skew_s;
   const auto verdict = [&](ObservationOutcome outcome, absl::string_view message) {
-    return ObservationVerdict{observation.robot,    observation.sequence, outcome, 0,
-                              std::string(message), clock_skew_s};
+    return Judged{
+        {observation.robot, observation.sequence, outcome, 0, std::string(message), clock_skew_s}};
   };
   const auto invalid = [&](const absl::Status& status) {
     return verdict(ObservationOutcome::kInvalid,
@@ -149,8 +176,12 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   // has moved meanwhile.
   std::string sent = options_->codec.encode_observation(observation);
   const uint64_t hash = HashOf(sent);
-  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<uint64_t> known,
+  HYPERMAP_ASSIGN_OR_RETURN(std::optional<uint64_t> known,
                             log_.FindContentHash(observation.robot, observation.sequence));
+  if (!known && expected != nullptr) {
+    const auto it = expected->hashes.find({observation.robot, observation.sequence});
+    if (it != expected->hashes.end()) known = it->second;
+  }
   if (known) {
     const bool is_same =
         *known == hash || (options_->codec.encode_observation_01 &&
@@ -160,7 +191,9 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
                    "another observation of this robot and sequence is there already");
   }
   // Also of an observation that is refused for its stamp: its robot is the one that has to know.
-  clock_skew_s = absl::ToDoubleSeconds(clocks->Add(observation.robot, observation.stamp, now));
+  if (clocks != nullptr) {
+    clock_skew_s = absl::ToDoubleSeconds(clocks->Add(observation.robot, observation.stamp, now));
+  }
   // An observation with a stamp far in the future would come after all others in the log until that
   // time has come.
   if (observation.stamp > now + options_->max_lateness) {
@@ -172,8 +205,11 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   // An observation is late relative to the newest one of its own robot; the clocks of other robots
   // do not count. A robot whose clock was ahead and has been corrected is judged by the server's
   // clock.
-  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<absl::Time> own,
-                            log_.NewestStamp(observation.robot));
+  HYPERMAP_ASSIGN_OR_RETURN(std::optional<absl::Time> own, log_.NewestStamp(observation.robot));
+  if (expected != nullptr) {
+    const auto it = expected->newest.find(observation.robot);
+    if (it != expected->newest.end()) own = std::max(own.value_or(it->second), it->second);
+  }
   if (own && observation.stamp < std::min(*own, now) - options_->max_lateness) {
     return verdict(ObservationOutcome::kRefusedLate,
                    absl::StrCat("stamp lies ", absl::FormatDuration(*own - observation.stamp),
@@ -189,17 +225,82 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   if (absl::Status status = area.Check(kept->free_space, limits); !status.ok()) {
     return invalid(status);
   }
-  ChangedAt({logged.key, 0});
+  Judged judged = verdict(ObservationOutcome::kAccepted, "");
+  judged.kept = std::make_shared<const Observation>(*std::move(kept));
+  judged.logged = std::move(logged);
+  return judged;
+}
+
+absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observation, absl::Time now,
+                                                     const Snapshot& snapshot, const Limits& limits,
+                                                     RobotClocks* clocks) {
+  HYPERMAP_ASSIGN_OR_RETURN(Judged judged,
+                            Judge(observation, now, snapshot, limits, nullptr, clocks));
+  if (!judged.kept) return std::move(judged.verdict);
+  const storage::LogKey key{judged.logged.key, 0};
+  ChangedAt(key);
+  ChangeLate(key, judged.logged.body);
   ++new_entries_;
-  explored_.push_back(kept->free_space);
-  log_.Add(std::make_shared<const Observation>(*std::move(kept)), std::move(logged));
-  return verdict(ObservationOutcome::kAccepted, "");
+  explored_.push_back(judged.kept->free_space);
+  log_.Add(std::move(judged.kept), std::move(judged.logged));
+  return std::move(judged.verdict);
+}
+
+absl::StatusOr<int64_t> FusedLayer::EntriesToFold(const Observation& observation) const {
+  const storage::LogKey key{KeyOf(observation), 0};
+  if (fold_.tip().key < key) return 1;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<uint64_t> known,
+                            log_.FindContentHash(observation.robot, observation.sequence));
+  return known ? 0 : EntriesAfter(key);
+}
+
+int64_t FusedLayer::EntriesAfter(const storage::LogKey& key) const {
+  const FoldPoint& tip = fold_.tip();
+  if (tip.key < key) return 0;
+  const std::optional<FoldPoint> before = fold_.checkpoints().Before(key);
+  return before ? tip.position - before->position : kAllEntries;
+}
+
+absl::StatusOr<bool> FusedLayer::BeginLate(Lane lane,
+                                           absl::Span<const LateObservation> observations,
+                                           const Snapshot& snapshot, const Limits& limits) {
+  std::optional<LateFold>& work = late_[static_cast<int>(lane)];
+  work.reset();
+  std::map<storage::LogKey, LateFold::Late> late;
+  Expected expected;
+  for (const auto& [observation, now] : observations) {
+    HYPERMAP_ASSIGN_OR_RETURN(Judged judged,
+                              Judge(*observation, now, snapshot, limits, &expected, nullptr));
+    if (!judged.kept) continue;
+    const storage::LogKey key{judged.logged.key, 0};
+    expected.hashes[{key.after.robot, key.after.sequence}] = judged.logged.content_hash;
+    absl::Time& newest = expected.newest.emplace(key.after.robot, key.after.stamp).first->second;
+    newest = std::max(newest, key.after.stamp);
+    late[key] = {std::move(judged.kept), std::move(judged.logged.body)};
+  }
+  if (late.empty()) return false;
+  HYPERMAP_ASSIGN_OR_RETURN(FoldPoint before, CheckpointBefore(late.begin()->first));
+  LogFold start(strategy_, options_, options_->max_checkpoint_bytes / kNumLanes);
+  start.RestartAt(std::move(before));
+  work.emplace(std::move(start), std::move(late));
+  return true;
+}
+
+absl::StatusOr<int64_t> FusedLayer::ContinueLate(Lane lane, absl::FunctionRef<bool()> stop) {
+  LateFold& late = *late_[static_cast<int>(lane)];
+  const absl::StatusOr<bool> at_end = late.Continue(log_, stop);
+  if (!at_end.ok()) {
+    late_[static_cast<int>(lane)].reset();
+    return at_end.status();
+  }
+  CountBytes();
+  return *at_end ? 0 : EntriesAfter(late.fold().tip().key);
 }
 
 absl::StatusOr<FusedLayer::FoldedFacts> FusedLayer::FoldFacts(
     absl::Span<const OperatorEdit> edits) const {
   FoldedFacts folded;
-  const std::unique_ptr<fusion::FactFold> fold = strategy_->FoldFacts(tip_.state);
+  const std::unique_ptr<fusion::FactFold> fold = strategy_->FoldFacts(fold_.tip().state);
   for (const auto& [kind, object] : edits) {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     auto fact = std::make_shared<fusion::OperatorFact>(
@@ -229,12 +330,13 @@ void FusedLayer::Tell(FoldedFacts folded) {
       pinned_.erase(track);
     }
     last = log_.Add(fact);
+    ChangeLate(last, std::nullopt);
   }
   const auto num_facts = static_cast<int64_t>(folded.facts.size());
   new_entries_ += num_facts;
   // Changes before the facts make Fold start there and fold the facts again.
   if (changed_at_) return;
-  Advance(last, std::move(folded.state), num_facts);
+  fold_.Advance(last, std::move(folded.state), num_facts);
   tip_is_shown_ = false;
 }
 
@@ -244,6 +346,7 @@ absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time
   for (const ObservationKey& key : keys) {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     ChangedAt({key, 0});
+    ChangeLate({key, 0}, std::nullopt);
     if (settings_.exploration_layer.empty()) continue;
     HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const Observation> observation, log_.Get(key));
     not_explored_.push_back(observation->free_space);
@@ -254,8 +357,10 @@ absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time
 absl::Status FusedLayer::Rebuild(const storage::FusionSettings& settings) {
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<fusion::Strategy> strategy,
                             options_->make_strategy(settings.strategy, settings.parameters));
-  strategy_ = std::move(strategy);
   ChangedAt(storage::BeforeAll());
+  strategy_ = std::move(strategy);
+  fold_ = LogFold(strategy_, options_, options_->max_checkpoint_bytes);
+  for (std::optional<LateFold>& late : late_) late.reset();
   // All stored checkpoints are invalid: makes Written store a new one.
   new_entries_ += options_->entries_per_stored_checkpoint;
   settings_ = settings;
@@ -270,18 +375,23 @@ void FusedLayer::SetExplorationLayer(const std::string& layer) {
 
 void FusedLayer::ChangedAt(const storage::LogKey& key) {
   Earlier(key, &changed_at_);
-  checkpoints_.erase(checkpoints_.lower_bound(key), checkpoints_.end());
+  fold_.DropFrom(key);
   // A key after the tip invalidates no stored checkpoint.
-  if (tip_.key < key) return;
+  if (fold_.tip().key < key) return;
   Earlier(key, &stale_from_);
   Earlier(key, &unwritten_stale_from_);
 }
 
-absl::StatusOr<FusedLayer::Checkpoint> FusedLayer::CheckpointBefore(const storage::LogKey& key) {
-  const auto after = checkpoints_.lower_bound(key);
-  if (after != checkpoints_.begin()) {
-    return Checkpoint{std::prev(after)->first, std::prev(after)->second.state};
+void FusedLayer::ChangeLate(const storage::LogKey& key, std::optional<absl::string_view> body) {
+  for (std::optional<LateFold>& late : late_) {
+    if (!late) continue;
+    const bool goes_on = body ? late->Arrived(key, *body) : late->Changed(key);
+    if (!goes_on) late.reset();
   }
+}
+
+absl::StatusOr<FoldPoint> FusedLayer::CheckpointBefore(const storage::LogKey& key) {
+  if (std::optional<FoldPoint> kept = fold_.checkpoints().Before(key)) return *std::move(kept);
   // The store still has checkpoints that changes of this group have made invalid.
   const storage::LogKey before = std::min(key, unwritten_stale_from_.value_or(key));
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionCheckpoint> stored,
@@ -289,81 +399,46 @@ absl::StatusOr<FusedLayer::Checkpoint> FusedLayer::CheckpointBefore(const storag
   if (stored) {
     const absl::StatusOr<fusion::StatePtr> state = strategy_->Decode(stored->state);
     // A checkpoint of another version may not be readable. It is only a shortcut: the log has all.
-    if (state.ok()) return Checkpoint{stored->key, *state};
+    if (state.ok()) return FoldPoint{stored->key, *state};
   }
-  return Checkpoint{storage::BeforeAll(), strategy_->Initial()};
+  return FoldPoint{storage::BeforeAll(), strategy_->Initial()};
 }
 
-absl::Status FusedLayer::FoldOn(Checkpoint from) {
-  tip_ = std::move(from);
-  // The facts since the last observation, which become one state. States between them would only
-  // serve late observations that come between two facts.
-  std::unique_ptr<fusion::FactFold> facts;
-  storage::LogKey last_fact;
-  int64_t num_facts = 0;
-  const auto finish_facts = [&] {
-    if (facts) Advance(last_fact, facts->Finish(), std::exchange(num_facts, 0));
-    facts.reset();
-  };
-  HYPERMAP_RETURN_IF_ERROR(log_.Visit(tip_.key, [&](const Evidence& evidence) {
-    if (evidence.fact) {
-      if (!facts) facts = strategy_->FoldFacts(tip_.state);
-      facts->Add(*evidence.fact);
-      last_fact = evidence.key;
-      ++num_facts;
-      return;
-    }
-    finish_facts();
-    Advance(evidence.key, strategy_->Fold(tip_.state, *evidence.observation, nullptr), 1);
+absl::Status FusedLayer::FoldOn() {
+  EntryFolder folder(&fold_);
+  HYPERMAP_RETURN_IF_ERROR(log_.Visit(fold_.tip().key, [&](const Evidence& evidence) {
+    folder.Fold(evidence);
+    return true;
   }));
-  finish_facts();
+  folder.Finish();
   return absl::OkStatus();
 }
 
-void FusedLayer::Advance(const storage::LogKey& key, fusion::StatePtr state, int64_t num_entries) {
-  tip_ = {key, std::move(state)};
-  entries_folded_ += num_entries;
-  entries_since_checkpoint_ += num_entries;
-  if (entries_since_checkpoint_ >= options_->entries_per_checkpoint) AddCheckpoint();
-}
-
-void FusedLayer::AddCheckpoint() {
-  entries_since_checkpoint_ = 0;
-  checkpoints_.insert_or_assign(tip_.key, KeptState{tip_.state});
-  CountUnshared(std::prev(checkpoints_.end()));
-  if (checkpoints_.size() > kMaxCheckpoints) {
-    auto it = checkpoints_.begin();
-    for (size_t i = 0; i < kMaxCheckpoints / 4; ++i) {
-      it = checkpoints_.erase(it);
-      CountUnshared(it);
-      ++it;
+bool FusedLayer::TakeLate() {
+  const std::optional<FoldPoint> newest = fold_.checkpoints().Newest();
+  storage::LogKey reached = newest ? newest->key : storage::BeforeAll();
+  bool taken = false;
+  for (std::optional<LateFold>& late : late_) {
+    if (!late || !late->has_arrivals()) continue;
+    const LogFold* work = late->Take();
+    if (work != nullptr && reached < work->tip().key) {
+      fold_.TakeOver(*work);
+      reached = work->tip().key;
+      taken = true;
+      // Stored checkpoints have become invalid. After long work, Written stores another one at
+      // once: a restart must not take as long.
+      if (late->num_folded() >= kLongWork) new_entries_ += late->num_folded();
     }
+    late.reset();
   }
-  TrimCheckpoints();
-}
-
-void FusedLayer::CountUnshared(Checkpoints::iterator newer) {
-  if (newer == checkpoints_.begin()) return;
-  KeptState& older = std::prev(newer)->second;
-  older.unshared = strategy_->ByteSize(older.state, newer->second.state);
-}
-
-void FusedLayer::TrimCheckpoints() {
-  int64_t bytes = 0;
-  for (auto it = std::prev(checkpoints_.end()); it != checkpoints_.begin();) {
-    bytes += (--it)->second.unshared;
-    if (bytes <= options_->max_checkpoint_bytes) continue;
-    checkpoints_.erase(checkpoints_.begin(), std::next(it));
-    return;
-  }
+  return taken;
 }
 
 void FusedLayer::CountBytes() {
-  bytes_ = strategy_->ByteSize(tip_.state, nullptr);
-  if (checkpoints_.empty()) return;
-  const auto newest = std::prev(checkpoints_.end());
-  newest->second.unshared = strategy_->ByteSize(newest->second.state, tip_.state);
-  for (const auto& [key, kept] : checkpoints_) bytes_ += kept.unshared;
+  bytes_ = fold_.Bytes();
+  for (const std::optional<LateFold>& late : late_) {
+    if (late) bytes_ += late->fold().Bytes();
+  }
 }
 
 absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
@@ -371,12 +446,11 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
   std::vector<Edit> edits;
   if (changed_at_) {
     // Entries after the tip are folded onto it; earlier ones need a restart at a checkpoint.
-    Checkpoint from = tip_;
-    if (*changed_at_ <= tip_.key) {
-      HYPERMAP_ASSIGN_OR_RETURN(Checkpoint before, CheckpointBefore(*changed_at_));
-      from = std::move(before);
+    if (*changed_at_ <= fold_.tip().key && !TakeLate()) {
+      HYPERMAP_ASSIGN_OR_RETURN(FoldPoint before, CheckpointBefore(*changed_at_));
+      fold_.RestartAt(std::move(before));
     }
-    HYPERMAP_RETURN_IF_ERROR(FoldOn(std::move(from)));
+    HYPERMAP_RETURN_IF_ERROR(FoldOn());
     changed_at_.reset();
     tip_is_shown_ = false;
   }
@@ -407,9 +481,10 @@ absl::Status FusedLayer::MarkExplored(const Snapshot& snapshot, std::vector<Edit
   // Cells do not count how many observations explored them, so that the remaining observations near
   // the retracted ones are marked again. Costs a pass over the log.
   return log_.Visit(storage::BeforeAll(), [&](const Evidence& evidence) {
-    if (!evidence.observation || evidence.observation->free_space.empty()) return;
+    if (!evidence.observation || evidence.observation->free_space.empty()) return true;
     const Polygon& free_space = evidence.observation->free_space;
     if (forgotten.Intersects(free_space.bounds())) area.Mark(free_space, edits);
+    return true;
   });
 }
 
@@ -469,7 +544,7 @@ void FusedLayer::Put(const fusion::FusedObject& fused, Shown* shown, std::vector
 }
 
 void FusedLayer::Diff(const Snapshot& snapshot, std::vector<Edit>* edits) {
-  const std::vector<fusion::FusedObject> fused = strategy_->Objects(tip_.state);
+  const std::vector<fusion::FusedObject> fused = strategy_->Objects(fold_.tip().state);
   AdoptPinned(fused);
   // A merge of two lists that are sorted by track. New tracks are shown at the end, because only
   // then all objects are known that they can inherit an id from.
@@ -561,11 +636,15 @@ absl::Status FusedLayer::Written() {
 
 absl::Status FusedLayer::KeepCheckpoint(int64_t min_entries) {
   if (new_entries_ < min_entries) return absl::OkStatus();
+  const FoldPoint& tip = fold_.tip();
   // It is only a shortcut: the log has all. Encoding takes several times a state's memory.
-  if (strategy_->ByteSize(tip_.state, nullptr) > options_->max_checkpoint_bytes) {
+  if (strategy_->ByteSize(tip.state, nullptr) > options_->max_checkpoint_bytes) {
     return absl::OkStatus();
   }
-  absl::Status status = stored_->KeepCheckpoint(layer_, {tip_.key, strategy_->Encode(tip_.state)});
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::LogKey> keys, stored_->CheckpointKeys(layer_));
+  keys.push_back(tip.key);
+  absl::Status status = stored_->KeepCheckpoint(layer_, {tip.key, strategy_->Encode(tip.state)},
+                                                DispensableOf(keys, options_->max_lateness));
   if (status.ok()) new_entries_ = 0;
   return status;
 }

@@ -2,6 +2,9 @@
 #ifndef HYPERMAP_SERVER_FUSION_FUSED_LAYER_H_
 #define HYPERMAP_SERVER_FUSION_FUSED_LAYER_H_
 
+#include <array>
+#include <cstdint>
+#include <limits>
 #include <map>
 #include <memory>
 #include <optional>
@@ -11,8 +14,10 @@
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "absl/types/span.h"
 #include "base/limits/limits.h"
@@ -24,6 +29,8 @@
 #include "map/snapshot.h"
 #include "server/fusion/evidence_log.h"
 #include "server/fusion/fusion_options.h"
+#include "server/fusion/late_fold.h"
+#include "server/fusion/log_fold.h"
 #include "server/fusion/thing_index.h"
 #include "storage/fusion_log.h"
 
@@ -62,9 +69,8 @@ class FusedLayer {
 
   // A copy, so that a long change can be given up: the original stays as it is. Costs a step for
   // each track. The one that is not used further must be dropped before the other one is written.
-  std::unique_ptr<FusedLayer> Copy() const {
-    return std::unique_ptr<FusedLayer>(new FusedLayer(*this));
-  }
+  // The copy has no late observations that are folded in advance.
+  std::unique_ptr<FusedLayer> Copy() const;
 
   const storage::FusionSettings& settings() const { return settings_; }
   const EvidenceLog& log() const { return log_; }
@@ -77,6 +83,33 @@ class FusedLayer {
   absl::StatusOr<ObservationVerdict> Admit(const Observation& observation, absl::Time now,
                                            const Snapshot& snapshot, const Limits& limits,
                                            RobotClocks* clocks);
+
+  // The number of entries that Fold would fold because of the observation, which is not in the log:
+  // an estimate. 0 if the log has an observation with its name; kAllEntries if there is no
+  // checkpoint before it in memory.
+  static constexpr int64_t kAllEntries = std::numeric_limits<int64_t>::max();
+  absl::StatusOr<int64_t> EntriesToFold(const Observation& observation) const;
+
+  // Late observations, for which Fold would fold many entries, can be folded in advance: when Admit
+  // adds all of them to the log, Fold takes the result. There are lanes for two such works at a
+  // time. The log may change between the steps, which only costs work that is then done again.
+  enum class Lane { kNear, kFar };
+  static constexpr int kNumLanes = 2;
+  struct LateObservation {
+    const Observation* observation;
+    absl::Time now;  // by which Admit will judge it
+  };
+  // Begins with those of the observations that Admit would accept, in place of what the lane had.
+  // Returns false if it would accept none.
+  absl::StatusOr<bool> BeginLate(Lane lane, absl::Span<const LateObservation> observations,
+                                 const Snapshot& snapshot, const Limits& limits);
+  // Goes on until `stop`, which is asked after each entry, returns true. Returns the number of
+  // entries that are left for Fold: an estimate as that of EntriesToFold. REQUIRES: HasLate(lane).
+  // Errors as EvidenceLog::Visit, after which the work is lost.
+  absl::StatusOr<int64_t> ContinueLate(Lane lane, absl::FunctionRef<bool()> stop);
+  // False also when the lane's work was lost by a change of the log or of the settings.
+  bool HasLate(Lane lane) const { return late_[static_cast<int>(lane)].has_value(); }
+  void DropLate(Lane lane) { late_[static_cast<int>(lane)].reset(); }
 
   // The facts of a batch of edits, and the state after them.
   struct FoldedFacts {
@@ -125,24 +158,21 @@ class FusedLayer {
   }
 
  private:
-  struct Checkpoint {
-    storage::LogKey key;
-    fusion::StatePtr state;
-  };
-  // A checkpoint in memory.
-  struct KeptState {
-    fusion::StatePtr state;
-    int64_t unshared = 0;  // bytes of it that the next newer state does not share
-  };
-  using Checkpoints = std::map<storage::LogKey, KeptState>;
   // The object that shows a track.
   struct Shown {
     ObjectId id = 0;   // 0: not on the map yet
     ObjectPtr object;  // with id 0, so that it can be compared with a FusedObject
   };
 
+  // The judgement of an observation; with what the log gets, if it is accepted.
+  struct Judged {
+    ObservationVerdict verdict;
+    std::shared_ptr<const Observation> kept;  // in the layer's frame; null if it is not accepted
+    storage::LoggedObservation logged;
+  };
+
   FusedLayer(std::string layer, storage::FusionSettings settings,
-             std::unique_ptr<fusion::Strategy> strategy, EvidenceLog log,
+             std::shared_ptr<const fusion::Strategy> strategy, EvidenceLog log,
              storage::FusionLog* stored, const FusionOptions* options);
   FusedLayer(const FusedLayer&) = default;
 
@@ -152,23 +182,32 @@ class FusedLayer {
   // `sent` is the encoded observation.
   absl::StatusOr<Observation> AsKept(const Observation& observation, const Snapshot& snapshot,
                                      std::string sent, std::string* body) const;
-  // Folds all entries after `from`.
-  absl::Status FoldOn(Checkpoint from);
-  // Makes `state` the tip. It is that after the entry `key`, the last one of `num_entries` after
-  // the former tip.
-  void Advance(const storage::LogKey& key, fusion::StatePtr state, int64_t num_entries);
+  // Observations that the log is about to get, as the judgement of later ones depends on them.
+  struct Expected {
+    std::map<std::pair<std::string, int64_t>, uint64_t> hashes;  // by robot and sequence
+    std::map<std::string, absl::Time> newest;                    // stamps by robot
+  };
+  // Judges as Admit does, as if the log had the expected observations, which may be null. Changes
+  // nothing but `clocks`, which may be null.
+  absl::StatusOr<Judged> Judge(const Observation& observation, absl::Time now,
+                               const Snapshot& snapshot, const Limits& limits,
+                               const Expected* expected, RobotClocks* clocks);
+  // Entries after the newest checkpoint before the key; kAllEntries if there is none.
+  int64_t EntriesAfter(const storage::LogKey& key) const;
+  // Folds all entries after the tip.
+  absl::Status FoldOn();
   // The newest valid checkpoint before `key`, in memory or stored, or the state without evidence.
-  absl::StatusOr<Checkpoint> CheckpointBefore(const storage::LogKey& key);
-  // Keeps the state of tip_ in memory.
-  void AddCheckpoint();
-  // Sets `unshared` of the checkpoint before this one.
-  void CountUnshared(Checkpoints::iterator newer);
-  // Drops the oldest checkpoints until the others take at most max_checkpoint_bytes.
-  void TrimCheckpoints();
-  // Sets bytes_ for tip_ and the checkpoints.
+  absl::StatusOr<FoldPoint> CheckpointBefore(const storage::LogKey& key);
+  // Goes on from the work of a lane whose observations have arrived. Returns false if there is none
+  // that goes further than the checkpoints.
+  bool TakeLate();
+  // Sets bytes_.
   void CountBytes();
   // Notes that the log changed at `key`, and drops the checkpoints from there on.
   void ChangedAt(const storage::LogKey& key);
+  // Lets the lanes drop what a change of the log at `key` has made invalid; of an observation that
+  // was added, `body` is its encoded form.
+  void ChangeLate(const storage::LogKey& key, std::optional<absl::string_view> body);
 
   // The object's track; for an object without one, the key of a track of its own.
   fusion::TrackKey TrackOf(ObjectId id) const;
@@ -194,11 +233,9 @@ class FusedLayer {
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
 
-  Checkpoint tip_;           // the state that the layer shows
-  Checkpoints checkpoints_;  // in memory, at or before tip_
+  LogFold fold_;  // its tip is the state that the layer shows
+  std::array<std::optional<LateFold>, kNumLanes> late_;  // the work of each lane
   int64_t bytes_ = 0;
-  int64_t entries_since_checkpoint_ = 0;
-  int64_t entries_folded_ = 0;
   int64_t new_entries_ = 0;  // entries that no stored checkpoint contains
 
   std::map<fusion::TrackKey, Shown> shown_;
@@ -211,7 +248,7 @@ class FusedLayer {
   // Changes that are not folded yet: the first changed key, the free space of accepted and of
   // retracted observations, and the objects that an operator put.
   std::optional<storage::LogKey> changed_at_;
-  bool tip_is_shown_ = true;  // Whether Fold has returned the edits that show tip_.
+  bool tip_is_shown_ = true;  // Whether Fold has returned the edits that show the tip.
   std::vector<Polygon> explored_;
   std::vector<Polygon> not_explored_;
   std::map<fusion::TrackKey, ObjectPtr> pinned_;

@@ -36,7 +36,7 @@ struct FusionOptions {
   StrategyFactory make_strategy = &fusion::MakeStrategy;
   // Strategy of a layer whose settings name none. Empty: the first of fusion::StrategyNames.
   std::string default_strategy;
-  // The server's clock, by which stamps are judged; null: the time that Admit is given.
+  // The server's clock, by which stamps are judged; null: that of commit times.
   std::function<absl::Time()> clock = nullptr;
   // Limit of an observation's stamp behind the newest one of its robot, and ahead of the clock.
   absl::Duration max_lateness = Limits().max_lateness;

@@ -190,10 +190,8 @@ void MapFusion::GiveUp(const absl::Status& status) {
 
 absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
     const Snapshot& snapshot, const std::string& layer,
-    const std::vector<Observation>& observations, absl::Time time) {
+    const std::vector<Observation>& observations, absl::Time now) {
   HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, layer));
-  // Commit times may be ahead of the clock, because they never go back.
-  const absl::Time now = options_->clock ? options_->clock() : time;
   std::vector<ObservationVerdict> verdicts;
   for (const Observation& observation : observations) {
     absl::StatusOr<ObservationVerdict> verdict =
@@ -202,6 +200,34 @@ absl::StatusOr<std::vector<ObservationVerdict>> MapFusion::Admit(
     verdicts.push_back(*std::move(verdict));
   }
   return verdicts;
+}
+
+absl::StatusOr<int64_t> MapFusion::EntriesToFold(const Snapshot& snapshot, const std::string& layer,
+                                                 const std::vector<Observation>& observations) {
+  HYPERMAP_ASSIGN_OR_RETURN(const FusedLayer* const fused, Find(snapshot, layer));
+  int64_t most = 0;
+  for (const Observation& observation : observations) {
+    HYPERMAP_ASSIGN_OR_RETURN(const int64_t entries, fused->EntriesToFold(observation));
+    most = std::max(most, entries);
+  }
+  return most;
+}
+
+absl::StatusOr<int64_t> MapFusion::FoldLate(
+    const Snapshot& snapshot, const std::string& layer, FusedLayer::Lane lane, bool begin,
+    absl::Span<const FusedLayer::LateObservation> observations, absl::FunctionRef<bool()> stop) {
+  HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, layer));
+  if (begin || !fused->HasLate(lane)) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool begun,
+                              fused->BeginLate(lane, observations, snapshot, limits_));
+    if (!begun) return 0;
+  }
+  return fused->ContinueLate(lane, stop);
+}
+
+void MapFusion::DropLate(const std::string& layer, FusedLayer::Lane lane) {
+  const auto open = layers_.find(layer);
+  if (open != layers_.end()) open->second->DropLate(lane);
 }
 
 absl::StatusOr<FusionReaction> MapFusion::FoldAdmitted(const Snapshot& snapshot,

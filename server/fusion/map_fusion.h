@@ -10,6 +10,7 @@
 #include <variant>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
@@ -91,12 +92,26 @@ class MapFusion {
   absl::StatusOr<FusionReaction> Run(const Snapshot& snapshot, const FusionCommand& command);
 
   // Adds observations to a layer's log, without folding it: FoldAdmitted does so once for many
-  // submissions, which become one revision. `time` is that of the commit. NOT_FOUND if there is no
-  // such layer, FAILED_PRECONDITION if it is not fused.
+  // submissions, which become one revision. Their stamps are judged by `now`. NOT_FOUND if there is
+  // no such layer, FAILED_PRECONDITION if it is not fused.
   absl::StatusOr<std::vector<ObservationVerdict>> Admit(
       const Snapshot& snapshot, const std::string& layer,
-      const std::vector<Observation>& observations, absl::Time time);
+      const std::vector<Observation>& observations, absl::Time now);
   absl::StatusOr<FusionReaction> FoldAdmitted(const Snapshot& snapshot, const std::string& layer);
+
+  // The number of entries that FoldAdmitted would fold because of the one of the observations that
+  // needs most (FusedLayer::EntriesToFold). Errors as Admit.
+  absl::StatusOr<int64_t> EntriesToFold(const Snapshot& snapshot, const std::string& layer,
+                                        const std::vector<Observation>& observations);
+  // Folds late observations in advance, until `stop` returns true (FusedLayer::ContinueLate);
+  // begins with them if `begin`, or if the work of the lane was lost. Returns the number of entries
+  // that are left. Errors as Admit and EvidenceLog::Visit, with which the work is lost.
+  absl::StatusOr<int64_t> FoldLate(const Snapshot& snapshot, const std::string& layer,
+                                   FusedLayer::Lane lane, bool begin,
+                                   absl::Span<const FusedLayer::LateObservation> observations,
+                                   absl::FunctionRef<bool()> stop);
+  // Drops the work of the lane, if there is any.
+  void DropLate(const std::string& layer, FusedLayer::Lane lane);
 
   // Must be called when the edits of the reaction were applied; `object_ids` has an id for each.
   // Returns the changes to store with the revision.

@@ -96,7 +96,7 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
     content.Add(labels, static_cast<double>(ContentBytes(*snapshot)));
     layers.Add(labels, static_cast<double>(snapshot->layers.size()));
     feed.Add(labels, static_cast<double>(entry.session->feed().bytes()));
-    const MapSession::QueueSize queue = session.queue_size();
+    const QueueLoad::Size queue = session.queue_size();
     waiting.Add(labels, static_cast<double>(queue.submissions));
     waiting_bytes.Add(labels, static_cast<double>(queue.bytes));
     const SessionMeters::Reading reading = session.meters().Read();

@@ -202,8 +202,10 @@ void GroupCommit::Add(ObservationSubmission submission, absl::Time time, Verdict
     pending_.push_back(PendingVerdicts{std::move(done), std::move(room)});
     return;
   }
-  absl::StatusOr<std::vector<ObservationVerdict>> verdicts =
-      Fuse([&] { return fusion_->Admit(*tip_, submission.layer, submission.observations, time); });
+  absl::StatusOr<std::vector<ObservationVerdict>> verdicts = Fuse([&] {
+    return fusion_->Admit(*tip_, submission.layer, submission.observations,
+                          submission.judged_at.value_or(time));
+  });
   const bool accepted =
       verdicts.ok() && std::any_of(verdicts->begin(), verdicts->end(), [](const auto& verdict) {
         return verdict.outcome == ObservationOutcome::kAccepted;

@@ -61,6 +61,9 @@ struct ObservationSubmission {
   // As in Submission, but used only until the observations are judged: others share what follows.
   std::shared_ptr<Cancellation> cancellation = nullptr;
   std::string client = {};
+  // The time by which their stamps are judged; nullopt: that of the commit, which may be ahead of
+  // the clock, because commit times never go back.
+  std::optional<absl::Time> judged_at = std::nullopt;
 };
 
 using ReceiptCallback = absl::AnyInvocable<void(absl::StatusOr<storage::Receipt>) &&>;

@@ -15,6 +15,7 @@
 #include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
 #include "base/sync/start_thread.h"
+#include "base/sync/steady_time.h"
 #include "map/content_bytes.h"
 #include "server/fusion/evidence.h"
 #include "server/session/submission_size.h"
@@ -31,6 +32,9 @@ constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
 // Number of groups that are written for each step of compaction while the queue never empties:
 // compaction must not fall behind for ever, and must not take much of the writer's time.
 constexpr int kGroupsPerCompactionStep = 8;
+// Longest time that the writer folds late observations in advance before it looks for other work.
+// While other work waits, it takes as long as the commits before.
+constexpr absl::Duration kMaxLateWork = absl::Milliseconds(50);
 // How often a thread that waits for the writer looks whether its own caller has gone.
 constexpr absl::Duration kLookPeriod = absl::Milliseconds(20);
 
@@ -144,33 +148,34 @@ SnapshotPtr MapSession::snapshot() const {
   return snapshot_;
 }
 
-absl::Status MapSession::CheckAccepts(size_t queued, int64_t bytes) const {
+absl::Status MapSession::CheckAccepts(int64_t queued, int64_t bytes) const {
   if (closing_) {
     return absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing"));
   }
   HYPERMAP_RETURN_IF_ERROR(problem_);
-  if (queued >= static_cast<size_t>(options_.limits.max_queue)) {
+  if (queued >= options_.limits.max_queue) {
     return admission::TryLater(absl::StrCat("map \"", header_.name, "\" has ", queued,
                                             " requests waiting, --max_queue is ",
                                             options_.limits.max_queue));
   }
+  const int64_t queued_bytes = queue_.load.all().bytes + late_load_.all().bytes;
   const bool fits =
-      bytes == 0 || queue_.bytes == 0 || queue_.bytes + bytes <= options_.limits.max_queue_bytes;
+      bytes == 0 || queued_bytes == 0 || queued_bytes + bytes <= options_.limits.max_queue_bytes;
   if (fits) return absl::OkStatus();
   return admission::TryLater(absl::StrCat(
-      "map \"", header_.name, "\" has requests of ", queue_.bytes, " bytes waiting, one of ", bytes,
+      "map \"", header_.name, "\" has requests of ", queued_bytes, " bytes waiting, one of ", bytes,
       " bytes is too many, --max_queue_bytes is ", options_.limits.max_queue_bytes));
 }
 
 absl::Status MapSession::CheckShare(const std::string& client, int64_t bytes) const {
-  const auto it = queue_.by_client.find(client);
+  QueueLoad::Size waiting = queue_.load.Of(client);
+  waiting += late_load_.Of(client);
   // The first submission of a client may have any size, and a place also in a queue of one.
-  if (client.empty() || it == queue_.by_client.end()) return absl::OkStatus();
-  const Waiting& waiting = it->second;
+  if (client.empty() || waiting.submissions == 0) return absl::OkStatus();
   const Limits& limits = options_.limits;
-  if (waiting.number >= limits.max_queue / 2) {
+  if (waiting.submissions >= limits.max_queue / 2) {
     return admission::TryLater(
-        absl::StrCat("map \"", header_.name, "\" has ", waiting.number,
+        absl::StrCat("map \"", header_.name, "\" has ", waiting.submissions,
                      " requests of one client waiting; one client may fill half of --max_queue, ",
                      limits.max_queue));
   }
@@ -188,15 +193,10 @@ void MapSession::Enqueue(SubmissionType submission, Callback done) {
   const int64_t bytes = ByteSize(submission);
   {
     MutexLock lock(&queue_mutex_);
-    accepted = CheckAccepts(queue_.submissions.size(), bytes);
+    accepted = CheckAccepts(queue_.load.all().submissions + late_load_.all().submissions, bytes);
     if (accepted.ok()) accepted = CheckShare(submission.client, bytes);
     if (accepted.ok()) {
-      queue_.bytes += bytes;
-      if (!submission.client.empty()) {
-        Waiting& of_client = queue_.by_client[submission.client];
-        ++of_client.number;
-        of_client.bytes += bytes;
-      }
+      queue_.load.Add(submission.client, bytes);
       queue_.submissions.push_back(
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
       // The writer sleeps only while the queue is empty: later submissions need not wake it.
@@ -247,7 +247,7 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
   {
     MutexLock lock(&queue_mutex_);
     // The caller holds what a task needs: its bytes do not wait in the queue.
-    HYPERMAP_RETURN_IF_ERROR(CheckAccepts(queue_.tasks.size(), 0));
+    HYPERMAP_RETURN_IF_ERROR(CheckAccepts(static_cast<int64_t>(queue_.tasks.size()), 0));
     // A FunctionRef is enough: the caller waits for a task that has begun.
     queue_.tasks.push_back([awaited, task, caller = Cancellation::Current()] {
       if (!awaited->Begin()) return;
@@ -343,12 +343,20 @@ void MapSession::Close() {
 }
 
 void MapSession::RunWriter() {
+  late_.emplace(fusion_.get());
   while (std::optional<std::vector<QueuedSubmission>> submissions = TakeSubmissions()) {
     // Whoever writes looks at the files itself.
     if (submissions->empty()) CheckFiles();
+    const SteadyTime start = SteadyTime::Now();
     Commit(*std::move(submissions));
+    last_commit_took_ = SteadyTime::Now() - start;
     RunTasks();
     MaintainMap();
+    WorkOnLate();
+  }
+  for (LateObservations::Waiting& waiting : late_->TakeAll()) {
+    std::move(waiting.done)(
+        absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing")));
   }
   if (is_broken_) return;
   // So that the next start need not fold long logs again.
@@ -360,12 +368,11 @@ std::optional<std::vector<MapSession::QueuedSubmission>> MapSession::TakeSubmiss
   const absl::Duration wait = UntilMaintenance();
   MutexLock lock(&queue_mutex_);
   // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
-  if (queue_.empty() && !closing_ && wait > absl::ZeroDuration()) {
+  if (queue_.empty() && !closing_ && wait > absl::ZeroDuration() && late_->empty()) {
     queue_changed_.WaitFor(&queue_mutex_, std::min(wait, kMaxWait));
   }
   if (queue_.empty() && closing_) return std::nullopt;
-  queue_.bytes = 0;
-  queue_.by_client.clear();
+  queue_.load = QueueLoad();
   return std::exchange(queue_.submissions, {});
 }
 
@@ -403,15 +410,59 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
     const Deadline end_of_group(options_.max_group_time);
     do {
-      std::visit(
-          [&](auto& q) {
-            group.Add(std::move(q.submission), time_.NextCommit(), std::move(q.done));
-          },
-          submissions[next++]);
+      auto* observations =
+          std::get_if<Queued<ObservationSubmission, VerdictsCallback>>(&submissions[next]);
+      if (observations == nullptr || !SetAside(*observations)) {
+        std::visit(
+            [&](auto& q) {
+              group.Add(std::move(q.submission), time_.NextCommit(), std::move(q.done));
+            },
+            submissions[next]);
+      }
+      ++next;
     } while (next < submissions.size() && group.bytes() < options_.max_group_bytes &&
              !end_of_group.has_passed());
     Finish(group);
   }
+}
+
+bool MapSession::SetAside(Queued<ObservationSubmission, VerdictsCallback>& queued) {
+  queued.submission.judged_at = options_.fusion.clock();
+  LateObservations::Waiting waiting{std::move(queued.submission), std::move(queued.done), 0};
+  waiting.bytes = ByteSize(waiting.submission);
+  const int64_t bytes = waiting.bytes;
+  const std::string client = waiting.submission.client;
+  if (late_->TakeIfLate(*snapshot(), waiting)) {
+    const MutexLock lock(&queue_mutex_);
+    late_load_.Add(client, bytes);
+    return true;
+  }
+  queued = {std::move(waiting.submission), std::move(waiting.done)};
+  return false;
+}
+
+void MapSession::WorkOnLate() {
+  if (late_->empty()) return;
+  const SteadyTime start = SteadyTime::Now();
+  std::vector<LateObservations::Waiting> ready = late_->Work(*snapshot(), [&] {
+    const absl::Duration passed = SteadyTime::Now() - start;
+    if (passed >= kMaxLateWork) return true;
+    if (passed < last_commit_took_) return false;
+    const MutexLock lock(&queue_mutex_);
+    return closing_ || !queue_.empty();
+  });
+  evidence_.Add(fusion_->bytes() - evidence_.bytes());
+  if (ready.empty()) return;
+  {
+    const MutexLock lock(&queue_mutex_);
+    for (const auto& waiting : ready) late_load_.Remove(waiting.submission.client, waiting.bytes);
+  }
+  if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
+  GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
+  for (LateObservations::Waiting& waiting : ready) {
+    group.Add(std::move(waiting.submission), time_.NextCommit(), std::move(waiting.done));
+  }
+  Finish(group);
 }
 
 void MapSession::Finish(GroupCommit& group) {
@@ -442,9 +493,11 @@ void MapSession::Finish(GroupCommit& group) {
   feed_.Wake();
 }
 
-MapSession::QueueSize MapSession::queue_size() const {
+QueueLoad::Size MapSession::queue_size() const {
   const MutexLock lock(&queue_mutex_);
-  return {static_cast<int64_t>(queue_.submissions.size()), queue_.bytes};
+  QueueLoad::Size size = queue_.load.all();
+  size += late_load_.all();
+  return size;
 }
 
 absl::Duration MapSession::UntilExpiry() const {

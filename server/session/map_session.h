@@ -6,7 +6,8 @@
 // them in one transaction (each with its own revision; in several, if their changes are large),
 // publishes the snapshot, and then answers: an acknowledged batch is on disk and visible, and
 // nothing is visible that is not on disk. Commit times never decrease. Between groups the writer
-// removes expired objects and compacts the history, both by the time that really passed (MapTime).
+// removes expired objects and compacts the history, both by the time that really passed (MapTime),
+// and folds late observations in advance (LateObservations).
 // Thread safe.
 #ifndef HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 #define HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
@@ -39,7 +40,9 @@
 #include "server/session/expiry.h"
 #include "server/session/group_commit.h"
 #include "server/session/history_pool.h"
+#include "server/session/late_observations.h"
 #include "server/session/map_time.h"
+#include "server/session/queue_load.h"
 #include "server/session/session_meters.h"
 #include "storage/map_store.h"
 
@@ -131,12 +134,8 @@ class MapSession {
 
   SessionMeters& meters() { return meters_; }
   const SessionMeters& meters() const { return meters_; }
-  // Submissions that wait for the writer, and their bytes.
-  struct QueueSize {
-    int64_t submissions = 0;
-    int64_t bytes = 0;
-  };
-  QueueSize queue_size() const;
+  // Submissions that wait for the writer.
+  QueueLoad::Size queue_size() const;
 
   const SessionOptions& options() const { return options_; }
   const MapTime& time() const { return time_; }
@@ -166,16 +165,10 @@ class MapSession {
       std::variant<Queued<Submission, ReceiptCallback>, Queued<FusionSubmission, ReceiptCallback>,
                    Queued<ObservationSubmission, VerdictsCallback>>;
   using Task = absl::AnyInvocable<void() &&>;
-  // Submissions that wait.
-  struct Waiting {
-    int64_t number = 0;
-    int64_t bytes = 0;
-  };
   struct Work {
     std::vector<QueuedSubmission> submissions;
-    int64_t bytes = 0;                                    // of the submissions
-    absl::flat_hash_map<std::string, Waiting> by_client;  // the submissions that name a client
-    std::vector<Task> tasks;                              // run between two groups of submissions
+    QueueLoad load;           // of the submissions
+    std::vector<Task> tasks;  // run between two groups of submissions
 
     bool empty() const { return submissions.empty() && tasks.empty(); }
   };
@@ -200,6 +193,10 @@ class MapSession {
   // Writes the submissions in groups. Runs the tasks that wait before each but the first.
   void Commit(std::vector<QueuedSubmission> submissions);
   void RunTasks();
+  // Whether the submission waits in late_ now, which has taken it.
+  bool SetAside(Queued<ObservationSubmission, VerdictsCallback>& queued);
+  // Folds late observations in advance for a short time, and commits those that are ready.
+  void WorkOnLate();
   // Writes, publishes and answers a group.
   void Finish(GroupCommit& group);
   // Stores the mark, if there is one. A failure is logged; the next commit needs another mark.
@@ -215,7 +212,7 @@ class MapSession {
   void RemoveExpired();
 
   // Whether a submission or task of `bytes` may wait behind `queued` others.
-  absl::Status CheckAccepts(size_t queued, int64_t bytes) const
+  absl::Status CheckAccepts(int64_t queued, int64_t bytes) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
   // Whether the client may add a submission of `bytes` to its half of the queue.
   absl::Status CheckShare(const std::string& client, int64_t bytes) const
@@ -233,6 +230,8 @@ class MapSession {
   absl::Duration expire_not_before_ = -absl::InfiniteDuration();
   int groups_since_compaction_ = 0;
   bool is_broken_ = false;  // used by the writer's thread only: whether problem_ is set
+  std::optional<LateObservations> late_;  // used by the writer's thread only
+  absl::Duration last_commit_took_;       // used by the writer's thread only
 
   SessionMeters meters_;
   HistoryPool history_;
@@ -247,6 +246,7 @@ class MapSession {
   mutable Mutex queue_mutex_;
   CondVar queue_changed_;
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
+  QueueLoad late_load_ ABSL_GUARDED_BY(queue_mutex_);  // of late_
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
   absl::Status problem_ ABSL_GUARDED_BY(queue_mutex_);
 

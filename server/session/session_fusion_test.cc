@@ -16,10 +16,9 @@
 #include "map/layers/semantic_layer.h"
 #include "server/fusion/map_fusion.h"
 #include "server/fusion/testing/tally_strategy.h"
-#include "server/services/evidence_codec.h"
 #include "server/session/map_session.h"
 #include "server/session/object_history.h"
-#include "server/session/testing/memory_map_store.h"
+#include "server/session/testing/fused_site.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::server {
@@ -30,151 +29,6 @@ using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 using ::testing::SizeIs;
 
-using Verdicts = absl::StatusOr<std::vector<ObservationVerdict>>;
-
-const absl::Time kBegin = absl::FromUnixSeconds(1'700'000'000);
-
-// An observation of one object for each label, whose place follows from the label's length.
-Observation See(const std::string& robot, int64_t sequence, double at_s,
-                const std::vector<std::string>& labels) {
-  Observation observation;
-  observation.robot = robot;
-  observation.sequence = sequence;
-  observation.stamp = kBegin + absl::Seconds(at_s);
-  for (const std::string& label : labels) {
-    Detection detection;
-    detection.scores = {{label, 0.9}};
-    const double x = 2.0 * label.size() + 0.001 * static_cast<double>(sequence);
-    detection.hull = Polygon::FromBox({{x, 0}, {x + 1, 1}});
-    detection.num_points = 5;
-    observation.detections.push_back(detection);
-  }
-  const double x = static_cast<double>(sequence % 50);
-  observation.free_space = Polygon::FromBox({{x, 0}, {x + 2, 2}});
-  return observation;
-}
-
-// The objects of the layer "things", sorted by label and without ids.
-std::vector<SemanticObject> ObjectsOf(const Snapshot& snapshot) {
-  const auto* layer = snapshot.FindSemantic("things");
-  std::vector<SemanticObject> objects;
-  for (const ObjectPtr& object : layer->Objects()) {
-    objects.push_back(*object);
-    objects.back().id = 0;
-  }
-  std::sort(objects.begin(), objects.end(),
-            [](const auto& a, const auto& b) { return a.label < b.label; });
-  return objects;
-}
-
-std::vector<CellIndex> ExploredCells(const Snapshot& snapshot) {
-  const auto* grid = snapshot.FindGrid("seen");
-  std::vector<CellIndex> cells;
-  const CellBox& box = grid->extent();
-  for (int32_t row = box.row_begin; row < box.row_end; ++row) {
-    for (int32_t col = box.col_begin; col < box.col_end; ++col) {
-      if (grid->ValueAt({row, col}) == 1.0) cells.push_back({row, col});
-    }
-  }
-  return cells;
-}
-
-EditBatch ThingsAndSeen() {
-  LayerSpec things;
-  things.name = "things";
-  LayerSpec seen;
-  seen.name = "seen";
-  seen.kind = LayerKind::kExploration;
-  seen.grid = GridGeometry{PlanarTransform(), 0.5};
-  return {{CreateLayer{things}, CreateLayer{seen}}};
-}
-
-// A session of a map with the empty layers "things" and "seen", in a store of its own.
-class TestSite {
- public:
-  TestSite() {
-    options_.max_group_time = absl::InfiniteDuration();
-    options_.fusion.codec = WireEvidenceCodec();
-    options_.fusion.make_strategy = MakeTallyStrategy;
-    options_.fusion.default_strategy = "tally";
-    options_.fusion.entries_per_checkpoint = 4;
-    options_.fusion.entries_per_stored_checkpoint = 10;
-    MemoryMapStore store(&disk_);
-    EXPECT_TRUE(store.Create({"site", "map", absl::UnixEpoch(), ""}).ok());
-    Restart();
-    EXPECT_TRUE(session_->SubmitAndWait(Submission{ThingsAndSeen(), "test", ""}).ok());
-  }
-
-  void Restart() {
-    session_.reset();
-    MemoryMapStore store(&disk_);
-    auto stored = store.Open("site");
-    ASSERT_TRUE(stored.ok()) << stored.status();
-    auto session = MapSession::Start(*std::move(stored), options_);
-    ASSERT_TRUE(session.ok()) << session.status();
-    session_ = *std::move(session);
-  }
-
-  absl::StatusOr<storage::Receipt> Run(FusionCommand command, const std::string& id = "") {
-    return session_->RunAndWait(FusionSubmission{std::move(command), "test", id});
-  }
-  void Start(const std::string& strategy = "") {
-    const auto receipt = Run(StartFusion{"things", {strategy, "", "seen"}});
-    EXPECT_TRUE(receipt.ok()) << receipt.status();
-  }
-
-  std::future<Verdicts> Submit(std::vector<Observation> observations) {
-    return Submit(ObservationSubmission{"things", std::move(observations), "test"});
-  }
-  std::future<Verdicts> Submit(ObservationSubmission submission) {
-    auto promise = std::make_shared<std::promise<Verdicts>>();
-    session_->Observe(std::move(submission),
-                      [promise](Verdicts verdicts) { promise->set_value(std::move(verdicts)); });
-    return promise->get_future();
-  }
-  // Submits one observation and waits for its verdict.
-  ObservationVerdict Observe(const Observation& observation) {
-    Verdicts verdicts = Submit({observation}).get();
-    EXPECT_TRUE(verdicts.ok()) << verdicts.status();
-    return verdicts.ok() ? verdicts->front() : ObservationVerdict();
-  }
-  absl::StatusOr<storage::Receipt> Edit(EditBatch batch) {
-    return session_->SubmitAndWait(Submission{std::move(batch), "test", ""});
-  }
-
-  // The author of the newest revision.
-  std::string Author() {
-    auto history = session_->OpenHistory();
-    EXPECT_TRUE(history.ok()) << history.status();
-    const Revision newest = snapshot()->revision;
-    const auto records = (*history)->Revisions(newest - 1, newest + 1, false, 1);
-    EXPECT_TRUE(records.ok()) << records.status();
-    return records->front().author;
-  }
-
-  SnapshotPtr snapshot() const { return session_->snapshot(); }
-  ObjectPtr Find(const std::string& label) const {
-    const auto* layer = snapshot()->FindSemantic("things");
-    for (const ObjectPtr& object : layer->Objects()) {
-      if (object->label == label) return object;
-    }
-    return nullptr;
-  }
-  MapSession& session() { return *session_; }
-  MemoryDisk& disk() { return disk_; }
-  SessionOptions& options() { return options_; }
-
- private:
-  MemoryDisk disk_;
-  SessionOptions options_;
-  std::unique_ptr<MapSession> session_;
-};
-
-void ExpectShowsTheSame(const TestSite& a, const TestSite& b) {
-  EXPECT_EQ(ObjectsOf(*a.snapshot()), ObjectsOf(*b.snapshot()));
-  EXPECT_EQ(ExploredCells(*a.snapshot()), ExploredCells(*b.snapshot()));
-}
-
 // `n` observations of the robots "a" and "b", ordered by stamp.
 std::vector<Observation> TwoRobots(int n) {
   const std::vector<std::string> labels = {"cup", "chair", "sofa", "bookcase"};
@@ -184,16 +38,16 @@ std::vector<Observation> TwoRobots(int n) {
     for (size_t k = 0; k < labels.size(); ++k) {
       if ((i * 7 + k * 3) % 5 < 2) seen.push_back(labels[k]);
     }
-    observations.push_back(See(i % 3 == 0 ? "b" : "a", i, 0.5 * i, seen));
+    observations.push_back(Sighting(i % 3 == 0 ? "b" : "a", i, 0.5 * i, seen));
   }
   return observations;
 }
 
 TEST(MapFusionTest, ObservationIsOneRevisionWithItsObjectsAndItsExploredArea) {
-  TestSite site;
+  FusedSite site;
   site.Start();
   const Revision before = site.snapshot()->revision;
-  const ObservationVerdict verdict = site.Observe(See("a", 0, 0, {"cup", "chair"}));
+  const ObservationVerdict verdict = site.Observe(Sighting("a", 0, 0, {"cup", "chair"}));
   EXPECT_EQ(verdict.outcome, ObservationOutcome::kAccepted) << verdict.message;
   EXPECT_EQ(verdict.revision, before + 1);
   EXPECT_EQ(site.snapshot()->revision, before + 1);
@@ -203,15 +57,15 @@ TEST(MapFusionTest, ObservationIsOneRevisionWithItsObjectsAndItsExploredArea) {
 
 // Folds observations together, one of each author, and returns the author of their revision.
 std::string AuthorOfAll(const std::vector<std::string>& authors) {
-  TestSite site;
+  FusedSite site;
   site.Start();
   site.disk().Hold();
-  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  auto held = site.Submit({Sighting("a", 0, 0, {"cup"})});
   site.disk().AwaitHeldWrite();
   std::vector<std::future<Verdicts>> answers;
   for (size_t i = 0; i < authors.size(); ++i) {
     const auto sequence = static_cast<int64_t>(i) + 1;
-    const Observation seen = See("a", sequence, static_cast<double>(sequence), {"cup"});
+    const Observation seen = Sighting("a", sequence, static_cast<double>(sequence), {"cup"});
     answers.push_back(site.Submit(ObservationSubmission{"things", {seen}, authors[i]}));
   }
   site.disk().Release();
@@ -240,10 +94,10 @@ TEST(MapFusionTest, RevisionOfManyAuthorsNamesSomeOfThem) {
 }
 
 TEST(MapFusionTest, ObservationsWhoseCallerHasGoneAreNotCarriedOut) {
-  TestSite site;
+  FusedSite site;
   site.Start();
   site.disk().Hold();
-  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  auto held = site.Submit({Sighting("a", 0, 0, {"cup"})});
   site.disk().AwaitHeldWrite();
   bool is_gone = false;
   int looks = 0;
@@ -257,9 +111,9 @@ TEST(MapFusionTest, ObservationsWhoseCallerHasGoneAreNotCarriedOut) {
         absl::ZeroDuration());
     return site.Submit(std::move(submission));
   };
-  auto before = site.Submit({See("a", 1, 1, {"chair"})});
-  auto dropped = submit(See("a", 2, 2, {"sofa"}));
-  auto after = site.Submit({See("a", 3, 3, {"bookcase"})});
+  auto before = site.Submit({Sighting("a", 1, 1, {"chair"})});
+  auto dropped = submit(Sighting("a", 2, 2, {"sofa"}));
+  auto after = site.Submit({Sighting("a", 3, 3, {"bookcase"})});
   is_gone = true;
   site.disk().Release();
   EXPECT_TRUE(held.get().ok());
@@ -275,25 +129,25 @@ TEST(MapFusionTest, ObservationsWhoseCallerHasGoneAreNotCarriedOut) {
   EXPECT_NE(site.Find("bookcase"), nullptr);
   // It can be sent again.
   is_gone = false;
-  const Verdicts again = submit(See("a", 2, 2, {"sofa"})).get();
+  const Verdicts again = submit(Sighting("a", 2, 2, {"sofa"})).get();
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->front().outcome, ObservationOutcome::kAccepted);
 }
 
 TEST(MapFusionTest, ObservationsThatWereAdmittedStayWhenTheirCallerGoes) {
-  TestSite site;
+  FusedSite site;
   site.Start();
   site.disk().Hold();
-  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  auto held = site.Submit({Sighting("a", 0, 0, {"cup"})});
   site.disk().AwaitHeldWrite();
   // The caller goes after the first look, when its observation is admitted.
   int looks = 0;
-  ObservationSubmission submission{"things", {See("a", 1, 1, {"sofa"})}, "test"};
+  ObservationSubmission submission{"things", {Sighting("a", 1, 1, {"sofa"})}, "test"};
   submission.cancellation = std::make_shared<Cancellation>(
       [&] { return ++looks == 1 ? absl::OkStatus() : absl::CancelledError("gone"); },
       absl::ZeroDuration());
   auto admitted = site.Submit(std::move(submission));
-  auto other = site.Submit({See("a", 2, 2, {"chair"})});
+  auto other = site.Submit({Sighting("a", 2, 2, {"chair"})});
   site.disk().Release();
   EXPECT_TRUE(held.get().ok());
   const Verdicts verdicts = admitted.get();
@@ -304,19 +158,19 @@ TEST(MapFusionTest, ObservationsThatWereAdmittedStayWhenTheirCallerGoes) {
 }
 
 TEST(MapFusionTest, EachObservationCountsOnceWhateverIsSentAgain) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  const Observation first = See("a", 0, 0, {"cup"});
+  const Observation first = Sighting("a", 0, 0, {"cup"});
   site.Observe(first);
   const SnapshotPtr before = site.snapshot();
   const ObservationVerdict again = site.Observe(first);
   EXPECT_EQ(again.outcome, ObservationOutcome::kDuplicate);
   EXPECT_EQ(again.revision, before->revision);
-  const ObservationVerdict other = site.Observe(See("a", 0, 0, {"sofa"}));
+  const ObservationVerdict other = site.Observe(Sighting("a", 0, 0, {"sofa"}));
   EXPECT_EQ(other.outcome, ObservationOutcome::kConflict);
   EXPECT_EQ(site.snapshot(), before);
   // Duplicates are also found within one submission, and after a restart.
-  const Observation next = See("a", 1, 1, {"cup"});
+  const Observation next = Sighting("a", 1, 1, {"cup"});
   const Verdicts twice = site.Submit({next, next}).get();
   EXPECT_EQ((*twice)[0].outcome, ObservationOutcome::kAccepted);
   EXPECT_EQ((*twice)[1].outcome, ObservationOutcome::kDuplicate);
@@ -325,32 +179,34 @@ TEST(MapFusionTest, EachObservationCountsOnceWhateverIsSentAgain) {
 }
 
 TEST(MapFusionTest, C2RobotIsLateAgainstItsOwnStreamOnly) {
-  TestSite site;
-  TestSite in_order;
-  for (TestSite* s : {&site, &in_order}) s->Start();
-  const Observation ahead = See("rogue", 0, 1000, {"cup"});
-  const std::vector<Observation> honest = {See("a", 0, 0, {"chair"}), See("a", 1, 10, {"chair"}),
-                                           See("b", 0, 401, {"sofa"}), See("a", 2, 601, {"cup"})};
+  FusedSite site;
+  FusedSite in_order;
+  for (FusedSite* s : {&site, &in_order}) s->Start();
+  const Observation ahead = Sighting("rogue", 0, 1000, {"cup"});
+  const std::vector<Observation> honest = {
+      Sighting("a", 0, 0, {"chair"}), Sighting("a", 1, 10, {"chair"}),
+      Sighting("b", 0, 401, {"sofa"}), Sighting("a", 2, 601, {"cup"})};
   EXPECT_EQ(site.Observe(ahead).outcome, ObservationOutcome::kAccepted);
   for (const Observation& observation : honest) {
     const ObservationVerdict verdict = site.Observe(observation);
     EXPECT_EQ(verdict.outcome, ObservationOutcome::kAccepted) << verdict.message;
   }
   // The newest of the robot counts, also after a restart.
-  EXPECT_EQ(site.Observe(See("a", 3, 0.5, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(Sighting("a", 3, 0.5, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
   site.Restart();
-  EXPECT_EQ(site.Observe(See("a", 4, 0.5, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
-  EXPECT_EQ(site.Observe(See("rogue", 1, 399, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
-  EXPECT_EQ(site.Observe(See("b", 1, 0, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ(site.Observe(Sighting("a", 4, 0.5, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(Sighting("rogue", 1, 399, {"cup"})).outcome,
+            ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(Sighting("b", 1, 0, {"cup"})).outcome, ObservationOutcome::kAccepted);
   // The layer shows the fold of what was accepted, in whatever order it came.
-  in_order.Observe(See("b", 1, 0, {"cup"}));
+  in_order.Observe(Sighting("b", 1, 0, {"cup"}));
   for (const Observation& observation : honest) in_order.Observe(observation);
   in_order.Observe(ahead);
   ExpectShowsTheSame(site, in_order);
 }
 
 TEST(MapFusionTest, C2SkewOfARobotsClockIsTold) {
-  TestSite site;
+  FusedSite site;
   absl::Time now = kBegin + absl::Minutes(10);
   site.options().fusion.clock = [&now] { return now; };
   site.Restart();
@@ -358,20 +214,20 @@ TEST(MapFusionTest, C2SkewOfARobotsClockIsTold) {
   const auto skew_s = [&](const Observation& observation) {
     return site.Observe(observation).clock_skew_s;
   };
-  EXPECT_EQ(skew_s(See("rogue", 0, 1198, {"cup"})), 598.0);
-  EXPECT_EQ(skew_s(See("cart", 0, 599.5, {"cup"})), -0.5);
+  EXPECT_EQ(skew_s(Sighting("rogue", 0, 1198, {"cup"})), 598.0);
+  EXPECT_EQ(skew_s(Sighting("cart", 0, 599.5, {"cup"})), -0.5);
   // An observation that took longer on its way tells less than a quick one.
-  EXPECT_EQ(skew_s(See("cart", 1, 590, {"cup"})), -0.5);
+  EXPECT_EQ(skew_s(Sighting("cart", 1, 590, {"cup"})), -0.5);
   now += absl::Seconds(1);
-  EXPECT_EQ(skew_s(See("cart", 2, 600.75, {"cup"})), -0.25);
+  EXPECT_EQ(skew_s(Sighting("cart", 2, 600.75, {"cup"})), -0.25);
   // A robot whose clock is too far ahead is told so, too.
-  const ObservationVerdict refused = site.Observe(See("lost", 0, 3600, {"cup"}));
+  const ObservationVerdict refused = site.Observe(Sighting("lost", 0, 3600, {"cup"}));
   EXPECT_EQ(refused.outcome, ObservationOutcome::kInvalid);
   EXPECT_THAT(refused.message, HasSubstr("ahead of the server's clock"));
   EXPECT_EQ(refused.clock_skew_s, 2999.0);
   // A retry tells nothing, and neither does a message that is not valid.
-  EXPECT_EQ(skew_s(See("cart", 2, 600.75, {"cup"})), std::nullopt);
-  Observation bad = See("cart", 3, 601, {"cup"});
+  EXPECT_EQ(skew_s(Sighting("cart", 2, 600.75, {"cup"})), std::nullopt);
+  Observation bad = Sighting("cart", 3, 601, {"cup"});
   bad.detections[0].weight = 2.0;
   EXPECT_EQ(skew_s(bad), std::nullopt);
   const auto robots = site.session().ReadRobotClocks();
@@ -383,37 +239,38 @@ TEST(MapFusionTest, C2SkewOfARobotsClockIsTold) {
   EXPECT_EQ((*robots)[2].skew, absl::Seconds(598));
   // Frames of the rogue that are as far ahead make nobody else late.
   for (int i = 0; i < 5; ++i) {
-    EXPECT_EQ(site.Observe(See("rogue", 1 + i, 1190 + i, {"cup"})).outcome,
+    EXPECT_EQ(site.Observe(Sighting("rogue", 1 + i, 1190 + i, {"cup"})).outcome,
               ObservationOutcome::kAccepted);
-    EXPECT_EQ(site.Observe(See("cart", 10 + i, 600 + i, {"cup"})).outcome,
+    EXPECT_EQ(site.Observe(Sighting("cart", 10 + i, 600 + i, {"cup"})).outcome,
               ObservationOutcome::kAccepted);
   }
   // When its clock has been corrected, its frames are not late against the server's clock.
   now += absl::Minutes(1);
-  EXPECT_EQ(site.Observe(See("rogue", 9, 61, {"cup"})).outcome, ObservationOutcome::kAccepted);
-  EXPECT_EQ(site.Observe(See("rogue", 10, 60, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(Sighting("rogue", 9, 61, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ(site.Observe(Sighting("rogue", 10, 60, {"cup"})).outcome,
+            ObservationOutcome::kRefusedLate);
 }
 
 TEST(MapFusionTest, C2RetractedObservationsMakeNoneLate) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("a", 0, 0, {"cup"}));
-  site.Observe(See("a", 1, 2000, {"cup"}));
-  EXPECT_EQ(site.Observe(See("a", 2, 10, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
+  site.Observe(Sighting("a", 0, 0, {"cup"}));
+  site.Observe(Sighting("a", 1, 2000, {"cup"}));
+  EXPECT_EQ(site.Observe(Sighting("a", 2, 10, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
   ASSERT_TRUE(site.Run(RetractObservations{"things", "a", kBegin + absl::Seconds(1)}).ok());
-  EXPECT_EQ(site.Observe(See("a", 3, 10, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ(site.Observe(Sighting("a", 3, 10, {"cup"})).outcome, ObservationOutcome::kAccepted);
   // Also in the commit of the retraction, which is not stored yet.
-  site.Observe(See("a", 4, 2000, {"cup"}));
+  site.Observe(Sighting("a", 4, 2000, {"cup"}));
   site.disk().Hold();
-  auto held = site.Submit({See("b", 0, 0, {"cup"})});
+  auto held = site.Submit({Sighting("b", 0, 0, {"cup"})});
   site.disk().AwaitHeldWrite();
   std::promise<bool> retracted;
   site.session().Run(
       FusionSubmission{RetractObservations{"things", "a", kBegin + absl::Seconds(1000)}, "test",
                        ""},
       [&](const absl::StatusOr<storage::Receipt>& receipt) { retracted.set_value(receipt.ok()); });
-  auto late =
-      site.Submit({See("a", 5, 20, {"cup"}), See("a", 6, 700, {"cup"}), See("a", 7, 99, {"cup"})});
+  auto late = site.Submit({Sighting("a", 5, 20, {"cup"}), Sighting("a", 6, 700, {"cup"}),
+                           Sighting("a", 7, 99, {"cup"})});
   site.disk().Release();
   EXPECT_TRUE(retracted.get_future().get());
   const Verdicts verdicts = late.get();
@@ -424,31 +281,32 @@ TEST(MapFusionTest, C2RetractedObservationsMakeNoneLate) {
 }
 
 TEST(MapFusionTest, LateOnesAreRefusedByTheRuleAndBadOnesNameTheField) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("b", 0, 1000, {"cup"}));
-  EXPECT_EQ(site.Observe(See("b", 1, 399.9, {"cup"})).outcome, ObservationOutcome::kRefusedLate);
-  EXPECT_EQ(site.Observe(See("b", 2, 400, {"cup"})).outcome, ObservationOutcome::kAccepted);
-  Observation bad = See("b", 3, 1000, {"cup"});
+  site.Observe(Sighting("b", 0, 1000, {"cup"}));
+  EXPECT_EQ(site.Observe(Sighting("b", 1, 399.9, {"cup"})).outcome,
+            ObservationOutcome::kRefusedLate);
+  EXPECT_EQ(site.Observe(Sighting("b", 2, 400, {"cup"})).outcome, ObservationOutcome::kAccepted);
+  Observation bad = Sighting("b", 3, 1000, {"cup"});
   bad.detections[0].weight = 2.0;
   const ObservationVerdict verdict = site.Observe(bad);
   EXPECT_EQ(verdict.outcome, ObservationOutcome::kInvalid);
   EXPECT_THAT(verdict.message, HasSubstr("detections[0].weight"));
-  Observation lost = See("b", 4, 1000, {"cup"});
+  Observation lost = Sighting("b", 4, 1000, {"cup"});
   lost.frame_id = "nowhere";
   EXPECT_THAT(site.Observe(lost).message, HasSubstr("nowhere"));
-  Observation future = See("b", 5, 0, {"cup"});
+  Observation future = Sighting("b", 5, 0, {"cup"});
   future.stamp = absl::Now() + absl::Hours(1);
   EXPECT_THAT(site.Observe(future).message, HasSubstr("ahead of the server's clock"));
-  Observation vast = See("b", 6, 1000, {});
+  Observation vast = Sighting("b", 6, 1000, {});
   vast.free_space = Polygon::FromBox({{0, 0}, {1e8, 1}});
   EXPECT_THAT(site.Observe(vast).message, HasSubstr("free_space"));
   EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
 }
 
 TEST(MapFusionTest, LayerThatIsNotFusedTakesNoObservations) {
-  TestSite site;
-  EXPECT_TRUE(absl::IsFailedPrecondition(site.Submit({See("a", 0, 0, {})}).get().status()));
+  FusedSite site;
+  EXPECT_TRUE(absl::IsFailedPrecondition(site.Submit({Sighting("a", 0, 0, {})}).get().status()));
   EXPECT_TRUE(absl::IsNotFound(site.Run(StartFusion{"nowhere", {}}).status()));
   EXPECT_TRUE(absl::IsFailedPrecondition(site.Run(StartFusion{"seen", {}}).status()));
   EXPECT_TRUE(absl::IsInvalidArgument(site.Run(StartFusion{"things", {"none", "", ""}}).status()));
@@ -462,7 +320,7 @@ TEST(MapFusionTest, LayerThatIsNotFusedTakesNoObservations) {
 }
 
 TEST(MapFusionTest, LayerThatTakesNoPolygonsIsNotFused) {
-  TestSite site;
+  FusedSite site;
   LayerSpec spec;
   spec.name = "lanes";
   spec.kind = LayerKind::kSemantic;
@@ -476,21 +334,21 @@ TEST(MapFusionTest, LayerThatTakesNoPolygonsIsNotFused) {
 }
 
 TEST(MapFusionTest, FailedAllocationIsAnErrorAndChangesNothing) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("a", 0, 0, {"cup"}));
+  site.Observe(Sighting("a", 0, 0, {"cup"}));
   const Revision revision = site.snapshot()->revision;
   const absl::Status failed =
-      site.Submit({See("a", 1, 1, {TallyStrategy::kNoMemory})}).get().status();
+      site.Submit({Sighting("a", 1, 1, {TallyStrategy::kNoMemory})}).get().status();
   EXPECT_TRUE(absl::IsResourceExhausted(failed)) << failed;
   EXPECT_EQ(site.snapshot()->revision, revision);
-  EXPECT_EQ(site.Observe(See("a", 1, 1, {"bowl"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ(site.Observe(Sighting("a", 1, 1, {"bowl"})).outcome, ObservationOutcome::kAccepted);
   EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(2));
 }
 
 TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {
   const std::vector<Observation> log = TwoRobots(120);
-  TestSite in_order;
+  FusedSite in_order;
   in_order.Start();
   for (const Observation& observation : log) in_order.Observe(observation);
 
@@ -504,7 +362,7 @@ TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {
       const int back = hypermap::testing::UniformInt(rng, 0, round % 2 == 0 ? 6 : 119);
       std::swap(shuffled[i], shuffled[std::max<int>(0, static_cast<int>(i) - back)]);
     }
-    TestSite site;
+    FusedSite site;
     site.Start();
     std::vector<std::future<Verdicts>> verdicts;
     for (size_t i = 0; i < shuffled.size();) {
@@ -513,7 +371,8 @@ TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {
       verdicts.push_back(site.Submit({shuffled.begin() + i, shuffled.begin() + i + n}));
       i += n;
       if (hypermap::testing::UniformInt(rng, 0, 9) == 0) {
-        verdicts.back().wait();
+        // A session that ends refuses late observations that wait.
+        for (auto& verdict : verdicts) verdict.wait();
         site.Restart();
       }
     }
@@ -529,13 +388,13 @@ TEST(MapFusionTest, AnyOrderOfArrivalWithRestartsShowsTheSame) {
 }
 
 TEST(MapFusionTest, ObservationsThatQueueBecomeOneRevisionAndOneWrite) {
-  TestSite site;
+  FusedSite site;
   site.Start();
   site.disk().Hold();
-  auto held = site.Submit({See("a", 0, 0, {"cup"})});
+  auto held = site.Submit({Sighting("a", 0, 0, {"cup"})});
   site.disk().AwaitHeldWrite();
   std::vector<std::future<Verdicts>> queued;
-  for (int i = 1; i < 20; ++i) queued.push_back(site.Submit({See("a", i, 20 - i, {"cup"})}));
+  for (int i = 1; i < 20; ++i) queued.push_back(site.Submit({Sighting("a", i, 20 - i, {"cup"})}));
   site.disk().Release();
   const Revision first = held.get()->front().revision;
   for (auto& verdicts : queued) EXPECT_EQ(verdicts.get()->front().revision, first + 1);
@@ -543,9 +402,9 @@ TEST(MapFusionTest, ObservationsThatQueueBecomeOneRevisionAndOneWrite) {
 
 TEST(MapFusionTest, RestartChangesNothingAndGoesOn) {
   const std::vector<Observation> log = TwoRobots(60);
-  TestSite site;
-  TestSite oracle;
-  for (TestSite* s : {&site, &oracle}) s->Start();
+  FusedSite site;
+  FusedSite oracle;
+  for (FusedSite* s : {&site, &oracle}) s->Start();
   for (size_t i = 0; i < log.size(); ++i) {
     if (i % 7 == 0) {
       const SnapshotPtr before = site.snapshot();
@@ -561,9 +420,9 @@ TEST(MapFusionTest, RestartChangesNothingAndGoesOn) {
 }
 
 TEST(MapFusionTest, RetractedSourceIsAsIfItHadNeverBeen) {
-  TestSite site;
-  TestSite without;
-  for (TestSite* s : {&site, &without}) s->Start();
+  FusedSite site;
+  FusedSite without;
+  for (FusedSite* s : {&site, &without}) s->Start();
   for (const Observation& observation : TwoRobots(60)) {
     site.Observe(observation);
     if (observation.robot != "b") without.Observe(observation);
@@ -578,15 +437,15 @@ TEST(MapFusionTest, RetractedSourceIsAsIfItHadNeverBeen) {
   EXPECT_EQ(site.Observe(TwoRobots(1)[0]).outcome, ObservationOutcome::kDuplicate);
   site.Restart();
   ExpectShowsTheSame(site, without);
-  site.Observe(See("a", 200, 40, {"cup"}));
-  without.Observe(See("a", 200, 40, {"cup"}));
+  site.Observe(Sighting("a", 200, 40, {"cup"}));
+  without.Observe(Sighting("a", 200, 40, {"cup"}));
   ExpectShowsTheSame(site, without);
 }
 
 TEST(MapFusionTest, RetractingATimeTakesOnlyThatTime) {
-  TestSite site;
-  TestSite without;
-  for (TestSite* s : {&site, &without}) s->Start();
+  FusedSite site;
+  FusedSite without;
+  for (FusedSite* s : {&site, &without}) s->Start();
   const auto from = kBegin + absl::Seconds(10);
   const auto to = kBegin + absl::Seconds(20);
   for (const Observation& observation : TwoRobots(60)) {
@@ -600,8 +459,8 @@ TEST(MapFusionTest, RetractingATimeTakesOnlyThatTime) {
 }
 
 TEST(MapFusionTest, RebuiltLayerIsAsIfFusedSoFromTheStartAndKeepsItsIds) {
-  TestSite site;
-  TestSite other;
+  FusedSite site;
+  FusedSite other;
   site.Start("tally");
   other.Start("other");
   for (const Observation& observation : TwoRobots(60)) {
@@ -616,8 +475,8 @@ TEST(MapFusionTest, RebuiltLayerIsAsIfFusedSoFromTheStartAndKeepsItsIds) {
   ExpectShowsTheSame(site, other);
   EXPECT_EQ(site.Find("cup")->id, cup);
   site.Restart();
-  site.Observe(See("a", 100, 30, {"cup"}));
-  other.Observe(See("a", 100, 30, {"cup"}));
+  site.Observe(Sighting("a", 100, 30, {"cup"}));
+  other.Observe(Sighting("a", 100, 30, {"cup"}));
   ExpectShowsTheSame(site, other);
   EXPECT_TRUE(absl::IsInvalidArgument(site.Run(RebuildFusion{"things", "none", ""}).status()));
   EXPECT_TRUE(absl::IsInvalidArgument(site.Run(RebuildFusion{"things", "", "{\"a\":1}"}).status()));
@@ -625,7 +484,7 @@ TEST(MapFusionTest, RebuiltLayerIsAsIfFusedSoFromTheStartAndKeepsItsIds) {
 }
 
 // A command is given up wherever its caller leaves, and then nothing has changed.
-void ExpectGivenUp(TestSite& site, const FusionCommand& command) {
+void ExpectGivenUp(FusedSite& site, const FusionCommand& command) {
   const Revision before = site.snapshot()->revision;
   const std::vector<SemanticObject> objects = ObjectsOf(*site.snapshot());
   {
@@ -640,8 +499,8 @@ void ExpectGivenUp(TestSite& site, const FusionCommand& command) {
 }
 
 TEST(MapFusionTest, A5_RebuildThatIsGivenUpChangesNothing) {
-  TestSite site;
-  TestSite other;
+  FusedSite site;
+  FusedSite other;
   site.Start("tally");
   other.Start("other");
   for (const Observation& observation : TwoRobots(60)) {
@@ -651,14 +510,14 @@ TEST(MapFusionTest, A5_RebuildThatIsGivenUpChangesNothing) {
   ExpectGivenUp(site, RebuildFusion{"things", "other", ""});
   ExpectShowsTheSame(site, other);
   site.Restart();
-  for (TestSite* s : {&site, &other}) s->Observe(See("a", 100, 30, {"cup"}));
+  for (FusedSite* s : {&site, &other}) s->Observe(Sighting("a", 100, 30, {"cup"}));
   ExpectShowsTheSame(site, other);
 }
 
 TEST(MapFusionTest, A5_RetractionThatIsGivenUpChangesNothing) {
-  TestSite site;
-  TestSite without;
-  for (TestSite* s : {&site, &without}) s->Start();
+  FusedSite site;
+  FusedSite without;
+  for (FusedSite* s : {&site, &without}) s->Start();
   for (const Observation& observation : TwoRobots(60)) {
     site.Observe(observation);
     if (observation.robot != "b") without.Observe(observation);
@@ -666,19 +525,19 @@ TEST(MapFusionTest, A5_RetractionThatIsGivenUpChangesNothing) {
   ExpectGivenUp(site, RetractObservations{"things", "b"});
   ExpectShowsTheSame(site, without);
   site.Restart();
-  for (TestSite* s : {&site, &without}) s->Observe(See("a", 200, 40, {"cup"}));
+  for (FusedSite* s : {&site, &without}) s->Observe(Sighting("a", 200, 40, {"cup"}));
   ExpectShowsTheSame(site, without);
 }
 
 TEST(MapFusionTest, A5_GivenUpRebuildCostsTheRestOfItsGroupNothing) {
-  TestSite site;
+  FusedSite site;
   site.Start();
   for (const Observation& observation : TwoRobots(20)) site.Observe(observation);
   // Both wait while the writer is held, so that they become one group.
   site.disk().Hold();
-  auto held = site.Submit({See("c", 0, 5, {"lamp"})});
+  auto held = site.Submit({Sighting("c", 0, 5, {"lamp"})});
   site.disk().AwaitHeldWrite();
-  auto before = site.Submit({See("c", 1, 6, {"lamp"})});
+  auto before = site.Submit({Sighting("c", 1, 6, {"lamp"})});
   int64_t looks = 5;
   FusionSubmission rebuild{RebuildFusion{"things", "other", ""}, "test", ""};
   rebuild.cancellation = std::make_shared<Cancellation>(
@@ -688,7 +547,7 @@ TEST(MapFusionTest, A5_GivenUpRebuildCostsTheRestOfItsGroupNothing) {
   site.session().Run(std::move(rebuild), [&answer](absl::StatusOr<storage::Receipt> receipt) {
     answer.set_value(receipt.status());
   });
-  auto after = site.Submit({See("c", 2, 7, {"lamp"})});
+  auto after = site.Submit({Sighting("c", 2, 7, {"lamp"})});
   site.disk().Release();
   EXPECT_TRUE(absl::IsCancelled(answer.get_future().get()));
   for (auto* verdicts : {&held, &before, &after}) {
@@ -700,7 +559,7 @@ TEST(MapFusionTest, A5_GivenUpRebuildCostsTheRestOfItsGroupNothing) {
 }
 
 TEST(MapFusionTest, A5_LoadingALayerIsGivenUpAndBeginsAnewForTheNext) {
-  TestSite site;
+  FusedSite site;
   site.Start();
   for (const Observation& observation : TwoRobots(40)) site.Observe(observation);
   const ObjectId cup = site.Find("cup")->id;
@@ -723,18 +582,18 @@ SemanticObject Box(ObjectId id, const std::string& label, double x) {
 }
 
 TEST(MapFusionTest, WhatAnOperatorPutsStaysWhateverIsSeen) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("a", 0, 10, {"cup", "sofa"}));
+  site.Observe(Sighting("a", 0, 10, {"cup", "sofa"}));
   const ObjectId cup = site.Find("cup")->id;
   ASSERT_TRUE(site.Edit({{PutObject{"things", Box(cup, "mug", 3), ""}}}).ok());
   const auto lamp = site.Edit({{PutObject{"things", Box(0, "lamp", 8), ""}}});
   ASSERT_TRUE(lamp.ok()) << lamp.status();
   ASSERT_THAT(lamp->object_ids, SizeIs(1));
   site.Restart();
-  site.Observe(See("a", 1, 11, {"sofa", "lamp", "mug"}));
+  site.Observe(Sighting("a", 1, 11, {"sofa", "lamp", "mug"}));
   // A late observation, for which the log is folded again.
-  site.Observe(See("a", 2, 5, {"sofa"}));
+  site.Observe(Sighting("a", 2, 5, {"sofa"}));
   EXPECT_EQ(*site.Find("mug"), Box(cup, "mug", 3));
   EXPECT_EQ(*site.Find("lamp"), Box(lamp->object_ids[0], "lamp", 8));
   EXPECT_EQ(site.Find("cup"), nullptr);
@@ -742,40 +601,40 @@ TEST(MapFusionTest, WhatAnOperatorPutsStaysWhateverIsSeen) {
 }
 
 TEST(MapFusionTest, ObjectPutOnATrackTakesItOverUnderItsOwnId) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("a", 0, 10, {"cup"}));
+  site.Observe(Sighting("a", 0, 10, {"cup"}));
   const auto put = site.Edit({{PutObject{"things", Box(0, "cup", 8), ""}}});
   ASSERT_TRUE(put.ok()) << put.status();
   EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
   EXPECT_EQ(*site.Find("cup"), Box(put->object_ids[0], "cup", 8));
   site.Restart();
-  site.Observe(See("a", 1, 11, {"cup", "sofa"}));
-  site.Observe(See("a", 2, 9, {"cup"}));
+  site.Observe(Sighting("a", 1, 11, {"cup", "sofa"}));
+  site.Observe(Sighting("a", 2, 9, {"cup"}));
   EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(2));
   EXPECT_EQ(*site.Find("cup"), Box(put->object_ids[0], "cup", 8));
 }
 
 TEST(MapFusionTest, WhatAnOperatorDeletesStaysAway) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("a", 0, 10, {"cup", "sofa"}));
+  site.Observe(Sighting("a", 0, 10, {"cup", "sofa"}));
   ASSERT_TRUE(site.Edit({{DeleteObject{"things", site.Find("cup")->id}}}).ok());
   EXPECT_EQ(site.Find("cup"), nullptr);
-  site.Observe(See("a", 1, 11, {"cup"}));
+  site.Observe(Sighting("a", 1, 11, {"cup"}));
   site.Restart();
-  site.Observe(See("a", 2, 5, {"cup"}));
+  site.Observe(Sighting("a", 2, 5, {"cup"}));
   EXPECT_EQ(site.Find("cup"), nullptr);
   EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
 }
 
 TEST(MapFusionTest, ObjectsFromBeforeFusionAreLeftAlone) {
-  TestSite site;
+  FusedSite site;
   ASSERT_TRUE(site.Edit({{PutObject{"things", Box(0, "wardrobe", 8), ""}}}).ok());
   const ObjectPtr wardrobe = site.Find("wardrobe");
   site.Start();
-  site.Observe(See("a", 0, 10, {"cup"}));
-  site.Observe(See("a", 1, 9, {"cup"}));
+  site.Observe(Sighting("a", 0, 10, {"cup"}));
+  site.Observe(Sighting("a", 1, 9, {"cup"}));
   ASSERT_TRUE(site.Run(RebuildFusion{"things", "other", ""}).ok());
   ASSERT_TRUE(site.Run(RetractObservations{"things", "a"}).ok());
   EXPECT_EQ(*site.Find("wardrobe"), *wardrobe);
@@ -783,9 +642,9 @@ TEST(MapFusionTest, ObjectsFromBeforeFusionAreLeftAlone) {
 }
 
 TEST(MapFusionTest, FailedWriteAcknowledgesNothingAndLeavesAllAsItWas) {
-  TestSite site;
-  TestSite oracle;
-  for (TestSite* s : {&site, &oracle}) s->Start();
+  FusedSite site;
+  FusedSite oracle;
+  for (FusedSite* s : {&site, &oracle}) s->Start();
   const std::vector<Observation> log = TwoRobots(30);
   for (size_t i = 0; i < log.size(); ++i) {
     if (i % 5 == 3) {
@@ -802,23 +661,23 @@ TEST(MapFusionTest, FailedWriteAcknowledgesNothingAndLeavesAllAsItWas) {
 }
 
 TEST(MapFusionTest, DeletedLayerTakesItsLogWithIt) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("a", 0, 10, {"cup"}));
+  site.Observe(Sighting("a", 0, 10, {"cup"}));
   LayerSpec things;
   things.name = "things";
   ASSERT_TRUE(site.Edit({{DeleteLayer{"things"}, CreateLayer{things}}}).ok());
-  EXPECT_TRUE(absl::IsFailedPrecondition(site.Submit({See("a", 1, 11, {})}).get().status()));
+  EXPECT_TRUE(absl::IsFailedPrecondition(site.Submit({Sighting("a", 1, 11, {})}).get().status()));
   site.Start("other");
-  EXPECT_EQ(site.Observe(See("a", 0, 10, {"sofa"})).outcome, ObservationOutcome::kAccepted);
+  EXPECT_EQ(site.Observe(Sighting("a", 0, 10, {"sofa"})).outcome, ObservationOutcome::kAccepted);
   EXPECT_THAT(ObjectsOf(*site.snapshot()), SizeIs(1));
 }
 
 TEST(MapFusionTest, ObservationsInAnotherFrameAreFusedInTheLayersOwn) {
-  TestSite site;
+  FusedSite site;
   ASSERT_TRUE(site.Edit({{SetTransform{{"map", "dock", PlanarTransform(10, 20, 0)}}}}).ok());
   site.Start();
-  Observation observation = See("a", 0, 0, {"cup"});
+  Observation observation = Sighting("a", 0, 0, {"cup"});
   observation.frame_id = "dock";
   EXPECT_EQ(site.Observe(observation).outcome, ObservationOutcome::kAccepted);
   EXPECT_EQ(site.Find("cup")->shape, Polygon::FromBox({{16, 20}, {17, 21}}));
@@ -830,11 +689,11 @@ TEST(MapFusionTest, ObservationsInAnotherFrameAreFusedInTheLayersOwn) {
 }
 
 TEST(MapFusionTest, ExplanationTellsTheObservationsOfAnObject) {
-  TestSite site;
+  FusedSite site;
   site.Start();
-  site.Observe(See("a", 0, 0, {"sofa"}));
-  site.Observe(See("a", 1, 1, {"sofa", "cup"}));
-  site.Observe(See("b", 7, 2, {"cup"}));
+  site.Observe(Sighting("a", 0, 0, {"sofa"}));
+  site.Observe(Sighting("a", 1, 1, {"sofa", "cup"}));
+  site.Observe(Sighting("b", 7, 2, {"cup"}));
   const auto go_on = [] { return absl::OkStatus(); };
   const auto history = ExplainObject(site.session(), "things", site.Find("cup")->id, go_on);
   ASSERT_TRUE(history.ok()) << history.status();

@@ -67,8 +67,6 @@ CREATE TABLE hypermap_fusion_checkpoints (
 
 namespace {
 
-constexpr int kKeptCheckpoints = 4;
-
 // Memory of a range in a vector that grows by doubling.
 constexpr int64_t kBytesOfRange = 2 * sizeof(SequenceRange);
 
@@ -394,8 +392,24 @@ absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(
   return checkpoint;
 }
 
+absl::StatusOr<std::vector<LogKey>> FusionTables::CheckpointKeys(const std::string& layer) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare(
+          "SELECT stamp_ns, robot, sequence, number FROM hypermap_fusion_checkpoints "
+          "WHERE layer = ? ORDER BY stamp_ns, robot, sequence, number"));
+  std::vector<LogKey> keys;
+  absl::Status status = ForEachRow(&select.Bind(layer), "hypermap_fusion_checkpoints", [&] {
+    keys.push_back({KeyAt(&select, 0), select.Int64(3)});
+    return absl::OkStatus();
+  });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return keys;
+}
+
 absl::Status FusionTables::KeepCheckpoint(const std::string& layer,
-                                          const FusionCheckpoint& checkpoint) {
+                                          const FusionCheckpoint& checkpoint,
+                                          absl::Span<const LogKey> dropped) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_));
   const std::string state = PackBytes(checkpoint.state);
   absl::Status status = database_->Run(
@@ -404,12 +418,12 @@ absl::Status FusionTables::KeepCheckpoint(const std::string& layer,
       layer, Nanos(checkpoint.key.after.stamp), checkpoint.key.after.robot,
       checkpoint.key.after.sequence, checkpoint.key.number,
       static_cast<int64_t>(checkpoint.state.size()), BlobView{state});
-  if (status.ok()) {
+  for (const LogKey& key : dropped) {
+    if (!status.ok()) break;
     status = database_->Run(
-        absl::StrCat("DELETE FROM hypermap_fusion_checkpoints WHERE layer = ?1 AND id NOT IN "
-                     "(SELECT id FROM hypermap_fusion_checkpoints WHERE layer = ?1",
-                     kNewestFirst, "LIMIT ?2)"),
-        layer, kKeptCheckpoints);
+        "DELETE FROM hypermap_fusion_checkpoints WHERE layer = ? AND stamp_ns = ? AND robot = ? "
+        "AND sequence = ? AND number = ?",
+        layer, Nanos(key.after.stamp), key.after.robot, key.after.sequence, key.number);
   }
   if (status.ok()) status = transaction.Commit();
   return status;

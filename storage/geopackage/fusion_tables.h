@@ -45,8 +45,9 @@ class FusionTables : public FusionLog {
                                              int max_entries) override;
   absl::StatusOr<std::optional<FusionCheckpoint>> FindCheckpoint(
       const std::string& layer, const std::optional<LogKey>& before) override;
-  absl::Status KeepCheckpoint(const std::string& layer,
-                              const FusionCheckpoint& checkpoint) override;
+  absl::StatusOr<std::vector<LogKey>> CheckpointKeys(const std::string& layer) override;
+  absl::Status KeepCheckpoint(const std::string& layer, const FusionCheckpoint& checkpoint,
+                              absl::Span<const LogKey> dropped) override;
 
  private:
   Database* const database_;

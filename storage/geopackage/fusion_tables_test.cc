@@ -193,14 +193,20 @@ TEST_F(FusionTablesTest, OnlyCheckpointsThatAreTrueAndNewAreFound) {
   Write({.layer = "things", .settings = FusionSettings{"evidence", "{}", ""}});
   for (int i = 1; i <= 6; ++i) {
     const std::string state(1000 * i, static_cast<char>('0' + i));
-    ASSERT_TRUE(log().KeepCheckpoint("things", {{Key(i, "a", i), 0}, state}).ok());
+    std::vector<LogKey> dropped;
+    if (i > 4) dropped.push_back({Key(i - 4, "a", i - 4), 0});
+    ASSERT_TRUE(log().KeepCheckpoint("things", {{Key(i, "a", i), 0}, state}, dropped).ok());
   }
+  const LogKey third{Key(3, "a", 3), 0};
+  EXPECT_THAT(*log().CheckpointKeys("things"),
+              ElementsAre(third, ::testing::_, ::testing::_, ::testing::_));
   EXPECT_EQ((**log().FindCheckpoint("things", std::nullopt)).state, std::string(6000, '6'));
   EXPECT_EQ((**log().FindCheckpoint("things", LogKey{Key(4, "a", 4), 0})).state,
             std::string(3000, '3'));
   EXPECT_EQ(*log().FindCheckpoint("things", LogKey{Key(3, "a", 3), 0}), std::nullopt);
   Write({.layer = "things", .stale_from = LogKey{Key(5, "a", 5), 0}});
   EXPECT_EQ((**log().FindCheckpoint("things", std::nullopt)).state, std::string(4000, '4'));
+  EXPECT_THAT(*log().CheckpointKeys("things"), ElementsAre(third, ::testing::_));
 }
 
 TEST_F(FusionTablesTest, DeletedLayerLeavesNothing) {
@@ -210,7 +216,7 @@ TEST_F(FusionTablesTest, DeletedLayerLeavesNothing) {
            .observations = {Logged(Key(1, "a", 0), layer)},
            .facts = {{{Key(1, "a", 0), 1}, "pin", "t", "x"}},
            .tracks = {{"t", 1}}});
-    ASSERT_TRUE(log().KeepCheckpoint(layer, {{Key(1, "a", 0), 0}, "state"}).ok());
+    ASSERT_TRUE(log().KeepCheckpoint(layer, {{Key(1, "a", 0), 0}, "state"}, {}).ok());
   }
   Write({}, {{DeleteLayer{"things"}}});
   EXPECT_TRUE(Bodies(BeforeAll()).empty());

@@ -8,6 +8,7 @@ import files
 import floods
 import large_answers
 import large_requests
+import observations
 
 
 @dataclasses.dataclass
@@ -20,6 +21,8 @@ class Attack:
     logged: str = ""
     # The most threads that the server may have.
     max_threads: int = 120
+    # Whether the clients that are not attacked use the attacked map.
+    same_map: bool = False
 
     def title(self):
         return self.function.__name__.replace("_", " ")
@@ -49,6 +52,7 @@ ALL = [
            refusal="RESOURCE_EXHAUSTED --max_request_bytes", logged="--max_request_bytes"),
     Attack("wide-hulls", large_requests.wide_hulls,
            refusal="RESOURCE_EXHAUSTED --max_content_bytes"),
+    Attack("old-observations", observations.old_observations, same_map=True),
     Attack("B8", files.unpacking_member),
     Attack("unclosed-list", files.unclosed_list,
            refusal="RESOURCE_EXHAUSTED --max_request_bytes"),

@@ -1,7 +1,7 @@
-"""A client that is not attacked: it asks points of the map "other" and edits it, one call after
-another, until its standard input ends.
+"""A client that is not attacked: it asks points of a map and edits it, one call after another,
+until its standard input ends.
 
-Usage: others.py ADDRESS PAUSE_S. Pauses after each call, and prints a line for it: the times of its
+Usage: others.py ADDRESS MAP PAUSE_S. Pauses after each call, and prints a line for it: the times of its
 beginning and end by the monotonic clock in seconds, and its status.
 """
 
@@ -14,19 +14,20 @@ import grpc
 import rpc
 import sites
 
+# The map, unless an attack says otherwise.
 MAP = "other"
 # Deadline of a call. One that fails counts as if it had taken this long.
 TIMEOUT_S = 20
 
 
-def _calls(client, object_id):
-    yield lambda: client.QueryPoint(scope=rpc.scope(MAP), point=rpc.point(1, 1), timeout=TIMEOUT_S)
-    yield lambda: client.ApplyEdits(map=MAP, timeout=TIMEOUT_S, edits=[
+def _calls(client, name, object_id):
+    yield lambda: client.QueryPoint(scope=rpc.scope(name), point=rpc.point(1, 1), timeout=TIMEOUT_S)
+    yield lambda: client.ApplyEdits(map=name, timeout=TIMEOUT_S, edits=[
         sites.put("chair", time.monotonic() % 100, 0, id=object_id)])
 
 
 def main():
-    address, pause_s = sys.argv[1], float(sys.argv[2])
+    address, name, pause_s = sys.argv[1], sys.argv[2], float(sys.argv[3])
     stop = threading.Event()
 
     def wait_for_end():
@@ -35,9 +36,9 @@ def main():
 
     threading.Thread(target=wait_for_end, daemon=True).start()
     with rpc.Client(address) as client:
-        (object_id,) = client.ApplyEdits(map=MAP, edits=[sites.put("chair", 0, 0)]).object_ids
+        (object_id,) = client.ApplyEdits(map=name, edits=[sites.put("chair", 0, 0)]).object_ids
         while not stop.is_set():
-            for call in _calls(client, object_id):
+            for call in _calls(client, name, object_id):
                 begin, status = time.monotonic(), "OK"
                 try:
                     call()

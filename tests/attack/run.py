@@ -1,12 +1,12 @@
 """Attacks real hypermapd processes that have small limits, and reports which they withstand.
 
-Each attack gets a new server. Another process queries and edits another map ("others"), first
-without the attack and then during it. Afterwards a new client queries, edits, creates and deletes
-a map. An attack is "defended" unless the server ends, exceeds its memory limit, answers others more
-than three times slower (p99 of all rounds) than without the attack, lets the new client wait for
-more than a second, or fails to refuse what it should. The full form makes five rounds of each
-attack; the short form makes one, and judges no times. If that one does not reach the limit that it
-is to reach, because the machine is busy, the short form attacks again for longer.
+Each attack gets a new server. Another process ("others") queries and edits a map, mostly not the
+attacked one, first without the attack and then during it. Afterwards a new client queries, edits,
+creates and deletes a map. An attack is "defended" unless the server ends, exceeds its memory limit,
+answers others more than three times slower (p99 of all rounds) than without the attack, lets the
+new client wait for more than a second, or fails to refuse what it should. The full form makes five
+rounds of each attack; the short form makes one, and judges no times. If that one does not reach the
+limit that it is to reach, because the machine is busy, the short form attacks again for longer.
 """
 
 import argparse
@@ -125,10 +125,10 @@ def time_until_served(server):
 class Others:
     """The process of the clients that are not attacked."""
 
-    def __init__(self, address, pause_s):
+    def __init__(self, address, name, pause_s):
         self._output = tempfile.TemporaryFile("w+")
         self._process = subprocess.Popen(
-            [sys.executable, HERE / "others.py", address, str(pause_s)],
+            [sys.executable, HERE / "others.py", address, name, str(pause_s)],
             stdin=subprocess.PIPE, stdout=self._output)
 
     def wait_until_ready(self):
@@ -234,7 +234,8 @@ def attack_once(attack, form, share, flags, stretch=1):
                       share) as attacker:
             if attacker.read() != "prepared":
                 raise AssertionError(f"{attack.name} could not be prepared: {attacker.error()}")
-            with Others(server.address, PAUSE_S[form]) as clients:
+            name = PREY if attack.same_map else others.MAP
+            with Others(server.address, name, PAUSE_S[form]) as clients:
                 return _attack_prepared(attack, form, server, attacker, clients)
 
 

@@ -108,9 +108,16 @@ class MemoryFusionLog : public storage::FusionLog {
     --it;
     return storage::FusionCheckpoint{it->first, it->second};
   }
-  absl::Status KeepCheckpoint(const std::string& layer,
-                              const storage::FusionCheckpoint& checkpoint) override {
-    layers_[layer].checkpoints[checkpoint.key] = checkpoint.state;
+  absl::StatusOr<std::vector<storage::LogKey>> CheckpointKeys(const std::string& layer) override {
+    std::vector<storage::LogKey> keys;
+    for (const auto& [key, state] : layers_[layer].checkpoints) keys.push_back(key);
+    return keys;
+  }
+  absl::Status KeepCheckpoint(const std::string& layer, const storage::FusionCheckpoint& checkpoint,
+                              absl::Span<const storage::LogKey> dropped) override {
+    auto& checkpoints = layers_[layer].checkpoints;
+    checkpoints[checkpoint.key] = checkpoint.state;
+    for (const storage::LogKey& key : dropped) checkpoints.erase(key);
     return absl::OkStatus();
   }
 
