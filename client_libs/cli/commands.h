@@ -6,8 +6,10 @@
 #include <CLI/CLI.hpp>
 #include <functional>
 #include <istream>
+#include <ostream>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "client_libs/cli/output.h"
 #include "client_libs/cli/run.h"
@@ -20,8 +22,12 @@ struct Session {
   client::Client& client;
   std::istream& in;
   Output& output;
+  // For messages about the progress of a long command.
+  std::ostream& err;
   // Maximum duration of a command.
   absl::Duration timeout;
+  // Makes further clients of the same server, with the same TLS and token.
+  std::function<absl::StatusOr<client::Client>(client::ClientOptions)> make_client;
   // Exit codes of the program if the command succeeds, and if it fails.
   int exit_code = kExitOk;
   int failure_code = kExitError;
@@ -58,6 +64,9 @@ void AddTokenCommands(CLI::App& app, Command& selected);
 
 // Adds eval.
 void AddEvalCommand(CLI::App& app, Command& selected);
+
+// Adds bench.
+void AddBenchCommand(CLI::App& app, Command& selected);
 
 // Adds demo.
 void AddDemoCommand(CLI::App& app, Command& selected);

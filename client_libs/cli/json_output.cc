@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "client_libs/cli/bench_json.h"
 #include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/exploration_json.h"
 #include "client_libs/cli/json_values.h"
@@ -382,6 +383,7 @@ class JsonOutput : public Output {
   void Show(const ExplorationReport& report) override { Print(ReportJson(report)); }
   void Show(const ExplorationsReport& report) override { Print(ReportJson(report)); }
   void Show(const FrontiersReport& report) override { Print(ReportJson(report)); }
+  void Show(const bench::FleetReport& report) override { Print(ReportJson(report)); }
 
   void Show(const client::LayerPart& part) override {
     if (grid_.has_value() && grid_->layer != part.layer) FlushGrid();

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/access/access_table.h"
+#include "client_libs/bench/report.h"
 #include "client_libs/cpp/answers.h"
 #include "client_libs/cpp/exploration_answers.h"
 #include "client_libs/cpp/ingest_answers.h"
@@ -136,6 +137,7 @@ class Output {
   virtual void Show(const ExplorationsReport& report) = 0;
   virtual void Show(const FrontiersReport& report) = 0;
   virtual void Show(const client::RevisionList& revisions) = 0;
+  virtual void Show(const bench::FleetReport& report) = 0;
 
   // Prints a revision of a watch, and flushes it.
   virtual void Show(const client::WatchEvent& event) = 0;

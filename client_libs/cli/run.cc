@@ -67,7 +67,7 @@ void FallThroughEverywhere(CLI::App& app) {
 
 // `exit_code` becomes that of the program, also after an error.
 absl::Status Execute(const GlobalOptions& options, const Command& command, std::istream& in,
-                     std::ostream& out, int* exit_code) {
+                     std::ostream& out, std::ostream& err, int* exit_code) {
   absl::Duration timeout;
   if (!absl::ParseDuration(options.timeout, &timeout) || timeout == absl::ZeroDuration()) {
     timeout = absl::InfiniteDuration();
@@ -78,7 +78,10 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
       client::Client client,
       client::MakeClient(options.connection, {.timeout = timeout, .retry_for = retry_for}));
   std::unique_ptr<Output> output = options.json ? MakeJsonOutput(out) : MakeTableOutput(out);
-  Session session{client, in, *output, timeout};
+  const auto make_client = [&options](client::ClientOptions of_client) {
+    return client::MakeClient(options.connection, std::move(of_client));
+  };
+  Session session{client, in, *output, err, timeout, make_client};
   const absl::Status status = command(session);
   *exit_code = status.ok() ? session.exit_code : session.failure_code;
   if (absl::IsUnavailable(status)) {
@@ -114,6 +117,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddTokenCommands(app, command);
   AddEvalCommand(app, command);
   AddRenderCommand(app, command);
+  AddBenchCommand(app, command);
   AddDemoCommand(app, command);
   client::AddCommandTableOption(app);
   app.require_subcommand(1);
@@ -137,7 +141,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   }
 
   int exit_code = kExitError;
-  const absl::Status status = Execute(options, command, in, out, &exit_code);
+  const absl::Status status = Execute(options, command, in, out, err, &exit_code);
   if (status.ok()) return exit_code;
   return Fail(err,
               absl::StrCat(absl::StatusCodeToString(status.code()), ": ",

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/time/time.h"
+#include "client_libs/cli/bench_tables.h"
 #include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/describe.h"
 #include "client_libs/cli/exploration_tables.h"
@@ -260,6 +261,8 @@ class TableOutput : public Output {
                         Counted(report.objects, "object")),
            report.revision);
   }
+
+  void Show(const bench::FleetReport& report) override { PrintReport(report, out_); }
 
   void Show(const ExplorationReport& report) override {
     PrintExploration(report, out_);

@@ -154,6 +154,7 @@ grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
   // and shorter than the default of 20 s, because TCP repeats what was lost after 1, 3, 7 and 15 s:
   // a robot that is back in range would wait.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);
+  if (options.own_connection) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   if (options.tls && !options.tls->server_name.empty()) {
     arguments.SetSslTargetNameOverride(options.tls->server_name);
   }

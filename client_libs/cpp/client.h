@@ -55,6 +55,9 @@ struct ClientOptions {
   TokenSource token = nullptr;
   // Whether to send the token to other machines without TLS, too.
   bool token_in_clear = false;
+  // Whether the client has a TCP connection of its own. Otherwise clients of this process that have
+  // the same target and options may share one.
+  bool own_connection = false;
 };
 
 struct CallOptions {

@@ -52,6 +52,9 @@ struct WatchOptions {
   // kept, or the map is another incarnation, because it was restored, replaced or made anew.
   // Otherwise it ends with OUT_OF_RANGE or ABORTED.
   bool snapshot_when_compacted = false;
+  // Whether events have their changes. Otherwise these are only counted (WatchEvent::num_changes),
+  // which takes a small part of the time: for programs that want to know when a map changes.
+  bool with_changes = true;
 };
 
 // Options of Client::Replicate, the watch of replicas. Objects and cells are in the frame of their
@@ -79,6 +82,8 @@ struct ReplicateOptions {
   // A connection on which nothing arrives for this long, not even progress, counts as broken.
   // Should exceed the server's --watch_progress (10 s).
   absl::Duration idle_timeout = absl::Seconds(60);
+  // As in WatchOptions. Without changes, WatchEvent::map is absent, too.
+  bool with_changes = true;
 };
 
 // All selected changes of one revision, or progress.
@@ -88,7 +93,8 @@ struct WatchEvent {
   // Replicate has its time.
   absl::Time time;
   std::string author;
-  // Empty: progress; nothing in the selection has changed up to this revision.
+  // Empty: progress; nothing in the selection has changed up to this revision. Always empty if the
+  // watch is not with_changes.
   std::vector<MapChange> changes;
   // Whether the changes are the whole selection at the revision (kPut and kCells; those of
   // Replicate also kTransform and kLayerCreated).
@@ -99,6 +105,8 @@ struct WatchEvent {
   std::optional<MapEntry> map;
   // The incarnation of the map to which the revision belongs.
   uint64_t incarnation = 0;
+  // Number of the changes, of any watch.
+  int64_t num_changes = 0;
 };
 
 // Reports each change once and in order, the changes of a revision together. Destroying it ends the

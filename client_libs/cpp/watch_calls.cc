@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <thread>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -17,6 +18,7 @@
 #include "client_libs/cpp/channel.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
+#include "client_libs/cpp/counted_response.h"
 #include "client_libs/cpp/decode.h"
 #include "client_libs/cpp/grpc_part_stream.h"
 #include "client_libs/cpp/watch.h"
@@ -74,21 +76,22 @@ class Watcher::Call {
 
 namespace {
 
+// Decides what happens after a break of a stream; see WatchOptions.
+struct Breaks {
+  bool resume = true;
+  absl::Duration retry_for;
+  absl::Duration idle_timeout;
+  bool snapshot_when_compacted = false;
+};
+
 // The rpc Watch or Replicate, which is opened again after a break. Both have the same fields for
 // what happens here.
 template <typename Request, typename Response>
 class StreamCall final : public Watcher::Call {
  public:
-  using Method = std::unique_ptr<grpc::ClientReader<Response>> (v1::WatchService::Stub::*)(
-      grpc::ClientContext*, const Request&);
-
-  // Decides what happens after a break; see WatchOptions.
-  struct Breaks {
-    bool resume = true;
-    absl::Duration retry_for;
-    absl::Duration idle_timeout;
-    bool snapshot_when_compacted = false;
-  };
+  using Method = std::unique_ptr<grpc::ClientReader<Response>> (*)(Connection&,
+                                                                   grpc::ClientContext*,
+                                                                   const Request&);
 
   StreamCall(std::shared_ptr<Connection> connection, Method method, Request request,
              const Breaks& breaks, const Deadline& deadline)
@@ -151,7 +154,7 @@ class StreamCall final : public Watcher::Call {
     const MutexLock lock(&mutex_);
     context_ = Connection::NewContext(deadline_);
     if (cancelled_) context_->TryCancel();
-    reader_ = (connection_->watch().*method_)(context_.get(), request_);
+    reader_ = method_(*connection_, context_.get(), request_);
   }
 
   // Reads the next message, taking coalesced messages apart.
@@ -219,14 +222,20 @@ class StreamCall final : public Watcher::Call {
     }
     pending_->snapshot |= message.snapshot();
     pending_->reset |= message.reset();
-    return wire::AppendChanges(message.changes(), pending_->changes);
+    if constexpr (requires { message.changes(); }) {
+      pending_->num_changes += message.changes_size();
+      return wire::AppendChanges(message.changes(), pending_->changes);
+    } else {
+      pending_->num_changes += message.num_changes();
+      return absl::OkStatus();
+    }
   }
 
   // INVALID_ARGUMENT if the server repeats a revision or goes back.
   absl::Status CheckOrder() const {
     if (!told_ || pending_->snapshot) return absl::OkStatus();
     const bool in_order =
-        pending_->changes.empty() ? pending_->revision >= *told_ : pending_->revision > *told_;
+        pending_->num_changes == 0 ? pending_->revision >= *told_ : pending_->revision > *told_;
     if (in_order) return absl::OkStatus();
     return absl::InvalidArgumentError(
         absl::StrCat("revision ", pending_->revision, " was told after ", *told_));
@@ -316,8 +325,36 @@ class StreamCall final : public Watcher::Call {
   std::thread watchdog_;
 };
 
+// The methods of StreamCall.
+std::unique_ptr<grpc::ClientReader<v1::WatchResponse>> OpenWatch(Connection& connection,
+                                                                 grpc::ClientContext* context,
+                                                                 const v1::WatchRequest& request) {
+  return connection.watch().Watch(context, request);
+}
+
+std::unique_ptr<grpc::ClientReader<v1::ReplicateResponse>> OpenReplicate(
+    Connection& connection, grpc::ClientContext* context, const v1::ReplicateRequest& request) {
+  return connection.watch().Replicate(context, request);
+}
+
+// As the generated stubs do it, which know no other type of the answer.
+template <typename Request>
+std::unique_ptr<grpc::ClientReader<CountedResponse>> OpenCounted(Connection& connection,
+                                                                 grpc::ClientContext* context,
+                                                                 const Request& request) {
+  constexpr bool kIsWatch = std::is_same_v<Request, v1::WatchRequest>;
+  const grpc::internal::RpcMethod method(
+      kIsWatch ? "/hypermap.v1.WatchService/Watch" : "/hypermap.v1.WatchService/Replicate",
+      grpc::internal::RpcMethod::SERVER_STREAMING);
+  return std::unique_ptr<grpc::ClientReader<CountedResponse>>(
+      grpc::internal::ClientReaderFactory<CountedResponse>::Create(&connection.channel(), method,
+                                                                   context, request));
+}
+
 using WatchStream = StreamCall<v1::WatchRequest, v1::WatchResponse>;
+using CountedWatchStream = StreamCall<v1::WatchRequest, CountedResponse>;
 using ReplicateStream = StreamCall<v1::ReplicateRequest, v1::ReplicateResponse>;
+using CountedReplicateStream = StreamCall<v1::ReplicateRequest, CountedResponse>;
 
 }  // namespace
 
@@ -348,24 +385,32 @@ std::optional<MapChange> ChangeReader::Next() {
 Watcher Client::Watch(const std::string& map, const WatchOptions& watch_options,
                       const CallOptions& options) {
   const Deadline deadline(options.timeout.value_or(absl::InfiniteDuration()));
-  const WatchStream::Breaks breaks{
-      .resume = watch_options.resume,
-      .retry_for = watch_options.retry_for,
-      .idle_timeout = watch_options.idle_timeout,
-      .snapshot_when_compacted = watch_options.snapshot_when_compacted};
-  return Watcher(std::make_unique<WatchStream>(connection_, &v1::WatchService::Stub::Watch,
-                                               EncodeWatch(map, watch_options), breaks, deadline));
+  const Breaks breaks{.resume = watch_options.resume,
+                      .retry_for = watch_options.retry_for,
+                      .idle_timeout = watch_options.idle_timeout,
+                      .snapshot_when_compacted = watch_options.snapshot_when_compacted};
+  v1::WatchRequest request = EncodeWatch(map, watch_options);
+  if (!watch_options.with_changes) {
+    return Watcher(std::make_unique<CountedWatchStream>(connection_, &OpenCounted<v1::WatchRequest>,
+                                                        std::move(request), breaks, deadline));
+  }
+  return Watcher(
+      std::make_unique<WatchStream>(connection_, &OpenWatch, std::move(request), breaks, deadline));
 }
 
 Watcher Client::Replicate(const std::string& map, const ReplicateOptions& replicate_options,
                           const CallOptions& options) {
   const Deadline deadline(options.timeout.value_or(absl::InfiniteDuration()));
-  const ReplicateStream::Breaks breaks{.resume = false,
-                                       .retry_for = absl::ZeroDuration(),
-                                       .idle_timeout = replicate_options.idle_timeout};
-  return Watcher(std::make_unique<ReplicateStream>(connection_, &v1::WatchService::Stub::Replicate,
-                                                   EncodeReplicate(map, replicate_options), breaks,
-                                                   deadline));
+  const Breaks breaks{.resume = false,
+                      .retry_for = absl::ZeroDuration(),
+                      .idle_timeout = replicate_options.idle_timeout};
+  v1::ReplicateRequest request = EncodeReplicate(map, replicate_options);
+  if (!replicate_options.with_changes) {
+    return Watcher(std::make_unique<CountedReplicateStream>(
+        connection_, &OpenCounted<v1::ReplicateRequest>, std::move(request), breaks, deadline));
+  }
+  return Watcher(std::make_unique<ReplicateStream>(connection_, &OpenReplicate, std::move(request),
+                                                   breaks, deadline));
 }
 
 ChangeReader Client::ListChanges(const std::string& map, Revision from, std::optional<Revision> to,

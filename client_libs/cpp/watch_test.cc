@@ -83,6 +83,51 @@ TEST(WatcherTest, TellsWhatEachChangeIs) {
   EXPECT_EQ(event->changes[3].transform->child_frame_id, "dock");
 }
 
+TEST(WatcherTest, ChangesMayBeCountedOnly) {
+  v1::WatchResponse first = Removes(5, {1, 2});
+  first.mutable_time()->set_seconds(60);
+  first.set_author("cart");
+  first.set_incarnation(77);
+  v1::WatchResponse together;
+  *together.add_coalesced() = Removes(6, {3}, true);
+  *together.add_coalesced() = Removes(6, {4, 5});
+  *together.add_coalesced() = Removes(7, {});
+  Script script;
+  script.watches = {Broken({first, Removes(6, {3}, true)}), Open({together})};
+  ScriptedServer server(script);
+  WatchOptions options;
+  options.with_changes = false;
+  Watcher watcher = Client(server.address()).Watch("office", options);
+  const std::optional<WatchEvent> event = watcher.Next();
+  ASSERT_TRUE(event.has_value()) << watcher.status();
+  EXPECT_EQ(event->revision, 5);
+  EXPECT_EQ(event->time, absl::FromUnixSeconds(60));
+  EXPECT_EQ(event->author, "cart");
+  EXPECT_EQ(event->incarnation, 77U);
+  EXPECT_EQ(event->num_changes, 2);
+  EXPECT_THAT(event->changes, SizeIs(0));
+  std::vector<std::pair<Revision, int64_t>> told;
+  for (int i = 0; i < 2; ++i) {
+    const std::optional<WatchEvent> next = watcher.Next();
+    ASSERT_TRUE(next.has_value()) << watcher.status();
+    told.emplace_back(next->revision, next->num_changes);
+  }
+  EXPECT_THAT(told, ElementsAre(Pair(6, 3), Pair(7, 0)));
+  EXPECT_EQ(watcher.num_resumed(), 1);
+}
+
+TEST(WatcherTest, RevisionThatIsRepeatedIsFoundByACountingWatchToo) {
+  Script script;
+  script.watches = {Open({Removes(5, {1}), Removes(5, {2})})};
+  ScriptedServer server(script);
+  WatchOptions options;
+  options.with_changes = false;
+  Watcher watcher = Client(server.address()).Watch("office", options);
+  EXPECT_TRUE(watcher.Next().has_value());
+  EXPECT_FALSE(watcher.Next().has_value());
+  EXPECT_TRUE(absl::IsInternal(watcher.status())) << watcher.status();
+}
+
 TEST(WatcherTest, AsksWithItsFilter) {
   Script script;
   script.watches = {Open({Removes(1, {})})};

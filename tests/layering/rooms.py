@@ -249,7 +249,7 @@ ROOMS = {
          "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
          "map/query", "map/watch", "proto", "wire"],
-        {"absl"}, hidden={"grpc"}, target="client",
+        {"absl"}, hidden={"grpc", "protobuf"}, target="client",
     ),
     # wire: encodes requests to bytes for the queue.
     "client_libs/cpp/outbox": Room(
@@ -264,6 +264,12 @@ ROOMS = {
          "storage", "storage/geopackage"],
         {"absl"},
     ),
+    # The load of a fleet, made by `hypermap bench`.
+    "client_libs/bench": Room(
+        ["base/status", "base/sync", "client_libs/cpp", "client_libs/cpp/replica", "map",
+         "map/edits", "map/geometry", "map/objects", "map/observations"],
+        {"absl"}, target="fleet_bench",
+    ),
     "client_libs/flags": Room(
         ["base/status", "client_libs/cpp"],
         {"absl", "cli11"}, hidden={"json"}, target="connection_flags",
@@ -271,8 +277,8 @@ ROOMS = {
     # yaml: finds the image that a nav2 map names, which is sent along. storage/interchange: reads
     # ground truth from files. storage/geopackage: checks and repairs files of maps.
     "client_libs/cli": Room(
-        ["base/access", "base/identity", "base/status", "client_libs/cpp", "client_libs/flags", "map",
-         "map/edits", "map/evaluation", "map/exploration", "map/frames", "map/geometry", "map/grid",
+        ["base/access", "base/identity", "base/status", "client_libs/bench", "client_libs/cpp",
+         "client_libs/flags", "map", "map/edits", "map/evaluation", "map/exploration", "map/frames", "map/geometry", "map/grid",
          "map/layers", "map/objects", "map/query", "map/values", "storage", "storage/geopackage",
          "storage/interchange", "storage/sqlite"],
         {"absl", "cli11", "json"}, hidden={"cairo", "yaml"},
