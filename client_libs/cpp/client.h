@@ -55,8 +55,9 @@ struct ClientOptions {
   TokenSource token = nullptr;
   // Whether to send the token to other machines without TLS, too.
   bool token_in_clear = false;
-  // Whether the client has a TCP connection of its own. Otherwise clients of this process that have
-  // the same target and options may share one.
+  // Whether this client and its copies have a TCP connection that they share with no other client.
+  // By default, gRPC may use one connection for several clients of a process that have the same
+  // target and options.
   bool own_connection = false;
 };
 

@@ -52,8 +52,8 @@ struct WatchOptions {
   // kept, or the map is another incarnation, because it was restored, replaced or made anew.
   // Otherwise it ends with OUT_OF_RANGE or ABORTED.
   bool snapshot_when_compacted = false;
-  // Whether events have their changes. Otherwise these are only counted (WatchEvent::num_changes),
-  // which takes a small part of the time: for programs that want to know when a map changes.
+  // Whether events have their changes. Otherwise the changes are only counted
+  // (WatchEvent::num_changes), which saves the time to convert them.
   bool with_changes = true;
 };
 
@@ -82,7 +82,7 @@ struct ReplicateOptions {
   // A connection on which nothing arrives for this long, not even progress, counts as broken.
   // Should exceed the server's --watch_progress (10 s).
   absl::Duration idle_timeout = absl::Seconds(60);
-  // As in WatchOptions. Without changes, WatchEvent::map is absent, too.
+  // As in WatchOptions.
   bool with_changes = true;
 };
 
@@ -105,7 +105,7 @@ struct WatchEvent {
   std::optional<MapEntry> map;
   // The incarnation of the map to which the revision belongs.
   uint64_t incarnation = 0;
-  // Number of the changes, of any watch.
+  // Number of changes, also if the watch is not with_changes.
   int64_t num_changes = 0;
 };
 

@@ -249,7 +249,7 @@ ROOMS = {
          "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
          "map/query", "map/watch", "proto", "wire"],
-        {"absl"}, hidden={"grpc", "protobuf"}, target="client",
+        {"absl"}, hidden={"grpc"}, target="client",
     ),
     # wire: encodes requests to bytes for the queue.
     "client_libs/cpp/outbox": Room(
@@ -278,9 +278,9 @@ ROOMS = {
     # ground truth from files. storage/geopackage: checks and repairs files of maps.
     "client_libs/cli": Room(
         ["base/access", "base/identity", "base/status", "client_libs/bench", "client_libs/cpp",
-         "client_libs/flags", "map", "map/edits", "map/evaluation", "map/exploration", "map/frames", "map/geometry", "map/grid",
-         "map/layers", "map/objects", "map/query", "map/values", "storage", "storage/geopackage",
-         "storage/interchange", "storage/sqlite"],
+         "client_libs/flags", "map", "map/edits", "map/evaluation", "map/exploration",
+         "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/query",
+         "map/values", "storage", "storage/geopackage", "storage/interchange", "storage/sqlite"],
         {"absl", "cli11", "json"}, hidden={"cairo", "yaml"},
     ),
 }

@@ -1,0 +1,294 @@
+// A call of the rpc Watch or Replicate, which is opened again after a break. Only for the sources
+// of this folder.
+#ifndef HYPERMAP_CLIENT_LIBS_CPP_WATCH_STREAM_H_
+#define HYPERMAP_CLIENT_LIBS_CPP_WATCH_STREAM_H_
+
+#include <grpcpp/grpcpp.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <thread>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "base/sync/deadline.h"
+#include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
+#include "client_libs/cpp/backoff.h"
+#include "client_libs/cpp/channel.h"
+#include "client_libs/cpp/connection.h"
+#include "client_libs/cpp/decode.h"
+#include "client_libs/cpp/watch.h"
+#include "hypermap/v1/watch_service.grpc.pb.h"
+#include "wire/catalog.h"
+#include "wire/change.h"
+#include "wire/status.h"
+#include "wire/time.h"
+
+namespace hypermap::client {
+
+// Interface between Watcher and the rpc behind it. Next runs on the caller's thread, Cancel on any.
+class Watcher::Call {
+ public:
+  virtual ~Call() = default;
+  virtual std::optional<WatchEvent> Next() = 0;
+  virtual const absl::Status& status() const = 0;
+  virtual std::optional<Revision> revision() const = 0;
+  virtual uint64_t incarnation() const = 0;
+  virtual int num_resumed() const = 0;
+  virtual void Cancel() = 0;
+};
+
+// The rpc Watch or Replicate, which is opened again after a break. Both have the same fields for
+// what happens here.
+template <typename Request, typename Response>
+class WatchStream final : public Watcher::Call {
+ public:
+  using Method = std::unique_ptr<grpc::ClientReader<Response>> (v1::WatchService::Stub::*)(
+      grpc::ClientContext*, const Request&);
+
+  // See WatchOptions.
+  struct Options {
+    bool resume = true;
+    absl::Duration retry_for;
+    absl::Duration idle_timeout;
+    bool snapshot_when_compacted = false;
+    bool with_changes = true;
+  };
+
+  WatchStream(std::shared_ptr<Connection> connection, Method method, Request request,
+              const Options& options, const Deadline& deadline)
+      : connection_(std::move(connection)),
+        method_(method),
+        options_(options),
+        deadline_(deadline),
+        request_(std::move(request)) {
+    Open();
+    if (options_.idle_timeout != absl::InfiniteDuration()) {
+      watchdog_ = std::thread([this] { BreakSilence(); });
+    }
+  }
+
+  ~WatchStream() override {
+    Cancel();
+    if (watchdog_.joinable()) watchdog_.join();
+    Drain();
+  }
+
+  std::optional<WatchEvent> Next() override {
+    while (!finished_) {
+      Response message;
+      if (!Read(message)) {
+        Recover(wire::DecodeStatus(Close()));
+        continue;
+      }
+      if (begun_ && broken_since_ != SteadyTime::InfiniteFuture()) ++num_resumed_;
+      begun_ = true;
+      broken_since_ = SteadyTime::InfiniteFuture();
+      backoff_.Reset();
+      const bool whole = !message.more();
+      absl::Status status = Take(message);
+      if (status.ok() && whole) status = CheckOrder();
+      if (!status.ok()) {
+        Cancel();
+        Drain();
+        Finish(BadAnswer(status));
+      } else if (whole) {
+        return Deliver();
+      }
+    }
+    return std::nullopt;
+  }
+
+  const absl::Status& status() const override { return status_; }
+  std::optional<Revision> revision() const override { return told_; }
+  uint64_t incarnation() const override { return incarnation_; }
+  int num_resumed() const override { return num_resumed_; }
+
+  void Cancel() override {
+    const MutexLock lock(&mutex_);
+    cancelled_ = true;
+    cancel_.NotifyAll();
+    if (context_) context_->TryCancel();
+  }
+
+ private:
+  void Open() {
+    const MutexLock lock(&mutex_);
+    context_ = Connection::NewContext(deadline_);
+    if (cancelled_) context_->TryCancel();
+    reader_ = (connection_->watch().*method_)(context_.get(), request_);
+  }
+
+  // Reads the next message, taking coalesced messages apart.
+  bool Read(Response& message) {
+    while (next_coalesced_ == coalesced_.coalesced_size()) {
+      ListenUntil(SteadyTime::Now() + options_.idle_timeout);
+      const bool read = reader_->Read(&message);
+      ListenUntil(SteadyTime::InfiniteFuture());
+      if (!read || message.coalesced_size() == 0) return read;
+      coalesced_.Swap(&message);
+      next_coalesced_ = 0;
+    }
+    message = std::move(*coalesced_.mutable_coalesced(next_coalesced_++));
+    return true;
+  }
+
+  void ListenUntil(SteadyTime time) {
+    const MutexLock lock(&mutex_);
+    listen_until_ = time;
+  }
+
+  // Runs on the watchdog's thread. Cancels a call on which nothing arrives for idle_timeout, since
+  // a dead connection may give no other sign.
+  void BreakSilence() {
+    const MutexLock lock(&mutex_);
+    while (!cancelled_) {
+      cancel_.WaitFor(&mutex_, options_.idle_timeout / 4);
+      if (cancelled_ || SteadyTime::Now() < listen_until_ || !context_) continue;
+      context_->TryCancel();
+      listen_until_ = SteadyTime::InfiniteFuture();
+    }
+  }
+
+  // Ends the call. Messages that have arrived are dropped.
+  void Drain() {
+    if (!reader_) return;
+    Response ignored;
+    while (reader_->Read(&ignored)) {
+    }
+    Close();
+  }
+
+  // Returns the status of a call whose last message has been read.
+  grpc::Status Close() {
+    grpc::Status status = reader_->Finish();
+    const MutexLock lock(&mutex_);
+    reader_.reset();
+    context_.reset();
+    return status;
+  }
+
+  void Finish(absl::Status status) {
+    finished_ = true;
+    status_ = std::move(status);
+  }
+
+  absl::Status Take(const Response& message) {
+    if (!pending_) pending_.emplace();
+    pending_->revision = message.revision();
+    pending_->incarnation = message.incarnation();
+    if (message.has_time()) pending_->time = wire::DecodeTime(message.time());
+    if (!message.author().empty()) pending_->author = message.author();
+    if constexpr (requires { message.map(); }) {
+      if (message.has_map()) pending_->map = wire::DecodeMapEntry(message.map());
+    }
+    pending_->snapshot |= message.snapshot();
+    pending_->reset |= message.reset();
+    pending_->num_changes += message.changes_size();
+    if (!options_.with_changes) return absl::OkStatus();
+    return wire::AppendChanges(message.changes(), pending_->changes);
+  }
+
+  // INVALID_ARGUMENT if the server repeats a revision or goes back.
+  absl::Status CheckOrder() const {
+    if (!told_ || pending_->snapshot) return absl::OkStatus();
+    const bool in_order =
+        pending_->num_changes == 0 ? pending_->revision >= *told_ : pending_->revision > *told_;
+    if (in_order) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("revision ", pending_->revision, " was told after ", *told_));
+  }
+
+  WatchEvent Deliver() {
+    told_ = pending_->revision;
+    incarnation_ = pending_->incarnation;
+    request_.set_start_revision(*told_);
+    request_.mutable_scope()->set_incarnation(incarnation_);
+    if (pending_->snapshot) pending_->reset |= std::exchange(starts_anew_, false);
+    WatchEvent event = *std::move(pending_);
+    pending_.reset();
+    return event;
+  }
+
+  // Opens the next call, after a break with a pause, or finishes the watch.
+  void Recover(absl::Status why) {
+    pending_.reset();
+    if (NeedsSnapshot(why) && options_.snapshot_when_compacted && request_.has_start_revision()) {
+      request_.clear_start_revision();
+      request_.mutable_scope()->clear_incarnation();
+      starts_anew_ = true;
+      // The server has answered, and can be asked at once.
+      broken_since_ = std::min(broken_since_, SteadyTime::Now());
+      if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
+      return Open();
+    }
+    if (!MayGoOn(why)) return Finish(std::move(why));
+    const absl::Duration retry_for = begun_ ? options_.retry_for : connection_->options().retry_for;
+    broken_since_ = std::min(broken_since_, SteadyTime::Now());
+    const absl::Duration pause = backoff_.Next();
+    if (SteadyTime::Now() + pause >= broken_since_ + retry_for || pause >= deadline_.left()) {
+      return Finish(std::move(why));
+    }
+    Pause(connection_->channel(), pause, [this] { return cancelled(); });
+    if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
+    Open();
+  }
+
+  // Whether the server can't continue from the revision that was asked for: its changes are no
+  // longer kept, or the map is another incarnation.
+  bool NeedsSnapshot(const absl::Status& why) const {
+    if (absl::IsAborted(why)) return request_.scope().incarnation() != 0;
+    return absl::IsOutOfRange(why);
+  }
+
+  bool MayGoOn(const absl::Status& why) const {
+    if (cancelled()) return false;
+    if (!begun_) return absl::IsUnavailable(why);
+    if (!options_.resume) return false;
+    // A server that stops ends or cancels its watches. A server that finds this reader too slow
+    // ends the watch with RESOURCE_EXHAUSTED.
+    return why.ok() || absl::IsUnavailable(why) || absl::IsCancelled(why) ||
+           absl::IsResourceExhausted(why);
+  }
+
+  bool cancelled() const {
+    const MutexLock lock(&mutex_);
+    return cancelled_;
+  }
+
+  const std::shared_ptr<Connection> connection_;
+  const Method method_;
+  const Options options_;
+  const Deadline deadline_;
+  Request request_;  // for the next call
+  std::unique_ptr<grpc::ClientReader<Response>> reader_;
+  Response coalesced_;  // the last message with several, and the index of the next of them
+  int next_coalesced_ = 0;
+  Backoff backoff_;
+  SteadyTime broken_since_ = SteadyTime::InfiniteFuture();
+  bool begun_ = false;
+  bool starts_anew_ = false;           // the next snapshot replaces everything reported before
+  std::optional<WatchEvent> pending_;  // the part of a revision that has arrived
+  std::optional<Revision> told_;
+  uint64_t incarnation_ = 0;  // to which told_ belongs
+  int num_resumed_ = 0;
+  bool finished_ = false;
+  absl::Status status_;
+  mutable Mutex mutex_;
+  CondVar cancel_;  // notified when cancelled_ is set
+  bool cancelled_ ABSL_GUARDED_BY(mutex_) = false;
+  std::unique_ptr<grpc::ClientContext> context_ ABSL_GUARDED_BY(mutex_);
+  // Time at which the watchdog cancels the call; infinite while the reader does not read.
+  SteadyTime listen_until_ ABSL_GUARDED_BY(mutex_) = SteadyTime::InfiniteFuture();
+  std::thread watchdog_;
+};
+
+}  // namespace hypermap::client
+
+#endif  // HYPERMAP_CLIENT_LIBS_CPP_WATCH_STREAM_H_
