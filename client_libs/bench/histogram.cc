@@ -52,7 +52,8 @@ void LatencyHistogram::Merge(const LatencyHistogram& other) {
 }
 
 absl::Duration LatencyHistogram::Percentile(double percent) const {
-  const auto rank = static_cast<int64_t>(std::ceil(percent / 100.0 * static_cast<double>(count_)));
+  // In integers, because 99.9 / 100 * 1000 is greater than 999 in floating point.
+  const int64_t rank = (std::llround(percent * 1000.0) * count_ + 99'999) / 100'000;
   int64_t left = std::clamp(rank, int64_t{1}, std::max(int64_t{1}, count_));
   for (size_t i = 0; i < buckets_.size(); ++i) {
     left -= buckets_[i];

@@ -26,8 +26,9 @@ class LatencyHistogram {
   void Merge(const LatencyHistogram& other);
 
   int64_t count() const { return count_; }
-  // The smallest value that is not exceeded by `percent` of the values (nearest rank), rounded up
-  // to the end of its bucket. REQUIRES: 0 <= percent <= 100. Zero if there are no values.
+  // The smallest value such that at least `percent` of the values are not greater (nearest rank),
+  // rounded up to the end of its bucket. Thousandths of a percent count. REQUIRES: 0 <= percent <=
+  // 100. Zero if there are no values.
   absl::Duration Percentile(double percent) const;
   // The largest value and the mean, in whole microseconds. Zero if there are no values.
   absl::Duration max() const { return absl::Microseconds(max_us_); }

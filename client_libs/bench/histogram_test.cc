@@ -17,8 +17,10 @@ constexpr double kPercents[] = {0.0, 1.0, 50.0, 90.0, 99.0, 99.9, 100.0};
 
 int64_t ExactPercentile_us(std::vector<int64_t> values, double percent) {
   std::sort(values.begin(), values.end());
-  const auto rank = static_cast<int64_t>(std::ceil(percent / 100.0 * values.size()));
-  return values[std::max<int64_t>(rank, 1) - 1];
+  const auto is_rank = [&](int64_t rank) { return rank * 1000 >= percent * 10 * values.size(); };
+  int64_t rank = 1;
+  while (!is_rank(rank)) ++rank;
+  return values[rank - 1];
 }
 
 LatencyHistogram HistogramOf(const std::vector<int64_t>& values_us) {
@@ -94,6 +96,14 @@ TEST(LatencyHistogramTest, ValuesOutsideCountAsTheLimits) {
   EXPECT_EQ(histogram.max(), absl::Hours(1));
   EXPECT_EQ(histogram.Percentile(100.0), absl::Hours(1));
   EXPECT_EQ(histogram.count(), 2);
+}
+
+TEST(LatencyHistogramTest, OneSlowValueInAThousandIsAboveThe99_9thPercentile) {
+  std::vector<int64_t> values(999, 10);
+  values.push_back(1'000'000);
+  const LatencyHistogram histogram = HistogramOf(values);
+  EXPECT_EQ(histogram.Percentile(99.9), absl::Microseconds(10));
+  EXPECT_EQ(histogram.Percentile(99.91), absl::Seconds(1));
 }
 
 TEST(LatencyHistogramTest, MeanIsThatOfTheValues) {
