@@ -24,6 +24,8 @@ namespace hypermap::bench {
 namespace {
 
 constexpr absl::Duration kTimeout = absl::Seconds(5);
+// The kernel's time of boot, on which the start of a process is based, may change by a second.
+constexpr double kStartJitter_s = 1.0;
 constexpr size_t kMaxAnswerBytes = size_t{16} << 20U;
 
 absl::StatusOr<double> ValueOf(const std::vector<absl::string_view>& lines,
@@ -81,6 +83,7 @@ absl::StatusOr<int> Connect(const HostAndPort& address, absl::Duration timeout) 
 absl::StatusOr<ServerSample> ParseServerSample(absl::string_view text) {
   const std::vector<absl::string_view> lines = absl::StrSplit(text, '\n');
   ServerSample sample;
+  HYPERMAP_ASSIGN_OR_RETURN(sample.started_s, ValueOf(lines, "process_start_time_seconds"));
   HYPERMAP_ASSIGN_OR_RETURN(sample.cpu_s, ValueOf(lines, "process_cpu_seconds_total"));
   HYPERMAP_ASSIGN_OR_RETURN(const double bytes, ValueOf(lines, "process_resident_memory_bytes"));
   HYPERMAP_ASSIGN_OR_RETURN(const double threads, ValueOf(lines, "process_threads"));
@@ -129,7 +132,7 @@ void ServerNumbers::Add(const ServerSample& sample, SteadyTime at) {
   if (num_samples == 0) {
     first = sample;
     first_at = at;
-  } else if (sample.cpu_s < last.cpu_s) {
+  } else if (sample.started_s > last.started_s + kStartJitter_s || sample.cpu_s < last.cpu_s) {
     ++num_restarts;
     cpu_s += sample.cpu_s;
   } else {

@@ -17,9 +17,10 @@
 
 namespace hypermap::bench {
 
-// What the server's metrics tell at one time.
+// The server's use of resources at one time.
 struct ServerSample {
-  double cpu_s = 0.0;  // since the start of the process
+  double started_s = 0.0;  // start of the process, since 1970
+  double cpu_s = 0.0;      // since the start of the process
   int64_t resident_bytes = 0;
   int64_t threads = 0;
   int64_t open_files = 0;
@@ -39,7 +40,7 @@ absl::StatusOr<ServerSample> GetServerSample(const std::string& address, absl::D
 struct ServerNumbers {
   int64_t num_samples = 0;
   int64_t num_failures = 0;  // times at which the server gave no answer
-  int num_restarts = 0;      // times at which its CPU time was lower than before
+  int num_restarts = 0;      // samples of another process than the one before
   // CPU time between the first and the last sample, without that of a process before its last
   // sample, and the time between these samples.
   double cpu_s = 0.0;
