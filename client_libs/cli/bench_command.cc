@@ -1,4 +1,5 @@
 // bench: the load of a fleet.
+#include <cstdlib>
 #include <memory>
 #include <string>
 
@@ -46,8 +47,10 @@ void AddFleetOptions(CLI::App& bench, bench::FleetOptions& fleet) {
   bench.add_option("--replicas", fleet.replicas, "Number of replicas of the map")
       ->capture_default_str();
   bench
-      .add_option("--full_replicas", fleet.full_replicas,
-                  "Replicas, of those, that apply what they receive")
+      .add_option(
+          "--full_replicas", fleet.full_replicas,
+          "How many of the replicas apply the changes to a copy of the map; the others only "
+          "receive and count them")
       ->capture_default_str();
   bench.add_option("--watchers", fleet.watchers, "Number of watches of the map")
       ->capture_default_str();
@@ -63,8 +66,8 @@ void AddBenchCommand(CLI::App& app, Command& selected) {
   auto options = std::make_shared<BenchOptions>();
   CLI::App* bench = app.add_subcommand(
       "bench",
-      "Put the load of a fleet on the server, and tell what its operations took and whether "
-      "anything was lost. Exit code 1: something was lost, or not all clients are back");
+      "Put the load of a fleet on the server, and report the latencies of its operations and "
+      "whether anything was lost. Exit code 1: something was lost, or not all clients are back");
   bench->add_option("map", options->fleet.map, "Name of the map, which is created if it is absent")
       ->required()
       ->type_name("MAP");
@@ -84,13 +87,18 @@ void AddBenchCommand(CLI::App& app, Command& selected) {
           "memory are read")
       ->type_name("HOST:PORT");
   bench
-      ->add_option(
-          "--scratch", options->fleet.scratch,
-          "Folder in which replicas keep their map until the end (default: in memory only)")
+      ->add_option("--scratch", options->fleet.scratch,
+                   "Folder in which full replicas keep their maps until the end; a run that is "
+                   "killed leaves its folder hypermap-bench-* there (default: in memory)")
       ->type_name("FOLDER")
       ->check(CLI::ExistingDirectory);
-  bench->callback(
-      [&selected, options] { selected = [options](Session& s) { return Bench(*options, s); }; });
+  bench->callback([&selected, options] {
+    // By default, one thread of gRPC polls the connections of all threads and wakes the others up.
+    // With poll(2), each of the hundreds of threads of a load waits for its own connection, which
+    // takes milliseconds off the latencies that the load adds. gRPC reads this when it starts.
+    setenv("GRPC_POLL_STRATEGY", "poll", /*overwrite=*/0);
+    selected = [options](Session& s) { return Bench(*options, s); };
+  });
 }
 
 }  // namespace hypermap::cli

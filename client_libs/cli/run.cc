@@ -101,7 +101,8 @@ int Fail(std::ostream& err, const std::string& message, int exit_code) {
 
 }  // namespace
 
-int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std::ostream& err) {
+int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std::ostream& err,
+        absl::FunctionRef<void()> start_grpc) {
   CLI::App app(kDescription, "hypermap");
   GlobalOptions options;
   Command command;
@@ -140,6 +141,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
     return Fail(err, absl::StrCat(error.what(), " (see hypermap --help)"), kExitUsage);
   }
 
+  start_grpc();
   int exit_code = kExitError;
   const absl::Status status = Execute(options, command, in, out, err, &exit_code);
   if (status.ok()) return exit_code;

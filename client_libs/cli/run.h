@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
+
 namespace hypermap::cli {
 
 inline constexpr int kExitOk = 0;
@@ -14,8 +16,11 @@ inline constexpr int kExitError = 1;  // the command failed
 inline constexpr int kExitUsage = 2;  // the command line was not understood
 
 // Runs one command line (without the program's name) and returns the exit code. Commands read their
-// input from `in` and print answers to `out`; an error is one line on `err`.
-int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std::ostream& err);
+// input from `in` and print answers to `out`; an error is one line on `err`. `start_grpc` is called
+// once the command is known and before it makes clients.
+int Run(
+    std::vector<std::string> args, std::istream& in, std::ostream& out, std::ostream& err,
+    absl::FunctionRef<void()> start_grpc = [] {});
 
 }  // namespace hypermap::cli
 
