@@ -14,8 +14,12 @@ Crew::~Crew() {
     dismissed_ = true;
     changed_.NotifyAll();
   }
-  for (const auto& worker : workers_) worker->Stop();
+  Stop();
   Finish();
+}
+
+void Crew::Stop() {
+  for (const auto& worker : workers_) worker->Stop();
 }
 
 absl::Status Crew::Connect(absl::Duration limit) {

@@ -47,7 +47,9 @@ class Crew {
   absl::Status Connect(absl::Duration limit);
   // Lets the workers run. REQUIRES: Connect returned OK.
   void Begin(const RunTimes& times);
-  // Waits until all workers have ended by themselves.
+  // Tells all workers to end.
+  void Stop();
+  // Waits until all workers have ended.
   void Finish();
 
  private:

@@ -1,4 +1,4 @@
-// What an editor knows of the objects that it has put.
+// The versions of the objects that an editor has put.
 #ifndef HYPERMAP_CLIENT_LIBS_BENCH_EDIT_LEDGER_H_
 #define HYPERMAP_CLIENT_LIBS_BENCH_EDIT_LEDGER_H_
 
@@ -12,7 +12,7 @@
 
 namespace hypermap::bench {
 
-// How the objects of an editor differ from what was acknowledged.
+// Differences between the objects of an editor and its acknowledged edits.
 struct EditFaults {
   int64_t lost = 0;      // objects that are absent or older than an acknowledged edit
   int64_t repeated = 0;  // objects that are newer than every edit: one was carried out twice

@@ -3,17 +3,17 @@
 #define HYPERMAP_CLIENT_LIBS_BENCH_EDIT_WORKER_H_
 
 #include <cstdint>
-#include <optional>
+#include <string>
 
 #include "client_libs/bench/edit_ledger.h"
-#include "client_libs/bench/robot_workers.h"
+#include "client_libs/bench/paced_worker.h"
 #include "client_libs/cpp/client.h"
 #include "map/edits/edit.h"
 
 namespace hypermap::bench {
 
 // Applies batches of two edits to kShapesLayer: it puts a few objects, and then replaces them at
-// random. The client retries a batch with the same request id while the server is away.
+// random. A batch that is tried again has the same request id.
 class EditWorker final : public PacedWorker {
  public:
   EditWorker(const Load& load, client::Client client, int editor);
@@ -23,10 +23,12 @@ class EditWorker final : public PacedWorker {
   const EditLedger& ledger() const { return ledger_; }
 
  private:
-  std::optional<SteadyTime> Do(const RunTimes& times) override;
-  EditBatch NextBatch();
+  void Prepare() override;
+  absl::StatusOr<SteadyTime> Attempt(const RunTimes& times) override;
+  void GiveUp() override;
 
-  client::Client client_;
+  EditBatch batch_;
+  std::string request_id_;
   EditLedger ledger_;
   int64_t num_edits_ = 0;
 };

@@ -1,14 +1,10 @@
 #include "client_libs/bench/fleet.h"
 
-#include <stdlib.h>
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <filesystem>
 #include <fstream>
 #include <memory>
-#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -24,6 +20,7 @@
 #include "client_libs/bench/imagined_site.h"
 #include "client_libs/bench/preparation.h"
 #include "client_libs/bench/robot_workers.h"
+#include "client_libs/bench/scratch_folder.h"
 #include "client_libs/bench/settlement.h"
 
 namespace hypermap::bench {
@@ -65,45 +62,14 @@ void AllowManyFiles() {
   setrlimit(RLIMIT_NOFILE, &files);
 }
 
-// A new folder, which is removed in the end.
-class ScratchFolder {
- public:
-  // Makes it below `parent`. Empty: makes none.
-  static absl::StatusOr<ScratchFolder> Make(const std::string& parent) {
-    if (parent.empty()) return ScratchFolder("");
-    std::string path = absl::StrCat(parent, "/hypermap-bench-XXXXXX");
-    if (mkdtemp(path.data()) == nullptr) {
-      return absl::ErrnoToStatus(errno, absl::StrCat(parent, ": no folder can be made"));
-    }
-    return ScratchFolder(std::move(path));
-  }
-  ~ScratchFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) std::filesystem::remove_all(path_, ignored);
-  }
-  ScratchFolder(ScratchFolder&& other) noexcept : path_(std::exchange(other.path_, "")) {}
-  ScratchFolder& operator=(ScratchFolder&&) = delete;
-
-  // A folder for a replica; empty if nothing is stored.
-  std::string OfReplica(int number) const {
-    return path_.empty() ? "" : absl::StrCat(path_, "/", number);
-  }
-
- private:
-  explicit ScratchFolder(std::string path) : path_(std::move(path)) {}
-
-  std::string path_;
-};
-
-// The clients of a load, and what they share.
+// The clients of a load, with the records that they share.
 class Fleet {
  public:
   Fleet(const FleetOptions& options, const ClientFactory& make_client, ScratchFolder folder)
       : options_(options),
         make_client_(make_client),
         folder_(std::move(folder)),
-        site_(options.seed, std::max(kFewestThings, kThingsOfRobot * options.robots)),
-        outages_(NumOutageClients()) {}
+        site_(options.seed, std::max(kFewestThings, kThingsOfRobot * options.robots)) {}
 
   // Prepares the map and connects all clients.
   absl::Status Connect() {
@@ -144,6 +110,9 @@ class Fleet {
     callers_.Finish();
     progress("comparing what was acknowledged and received with the server");
     report.consistency = Settle(*client_, options_, site_, start_, witnesses_);
+    // The last deliveries are recorded when the threads have ended.
+    followers_.Stop();
+    followers_.Finish();
     report.operations = Totals();
     for (const auto& [kind, totals] : report.operations) {
       report.consistency.unanswered += totals.unanswered();
@@ -154,12 +123,6 @@ class Fleet {
   }
 
  private:
-  // Each robot counts once for each of its streams.
-  int NumOutageClients() const {
-    const int streams = (options_.observe_hz > 0.0) + (options_.batches_hz > 0.0);
-    return options_.robots * streams + options_.watchers + options_.replicas;
-  }
-
   absl::StatusOr<client::Client> MakeClient(absl::Duration retry_for = kAttemptLimit) const {
     return make_client_({.timeout = kConnectLimit, .retry_for = retry_for, .own_connection = true});
   }
@@ -169,19 +132,19 @@ class Fleet {
     const int full = std::min(options_.full_replicas, options_.replicas);
     for (int i = 0; i < full; ++i) {
       HYPERMAP_ASSIGN_OR_RETURN(client::Client client, MakeClient());
-      witnesses_.replicas.push_back(followers_.Add(std::make_unique<ReplicaWorker>(
-          following, std::move(client), folder_.OfReplica(i), next_client_++)));
+      witnesses_.replicas.push_back(followers_.Add(
+          std::make_unique<ReplicaWorker>(following, std::move(client), folder_.OfReplica(i))));
     }
     HYPERMAP_RETURN_IF_ERROR(
-        AddWatches(OperationKind::kReplicaLag, options_.replicas - full, following));
+        AddWatches(OperationKind::kReplicaDelivery, options_.replicas - full, following));
     return AddWatches(OperationKind::kWatchDelivery, options_.watchers, following);
   }
 
   absl::Status AddWatches(OperationKind kind, int count, const Following& following) {
     for (int i = 0; i < count; ++i) {
       HYPERMAP_ASSIGN_OR_RETURN(client::Client client, MakeClient());
-      witnesses_.watchers.push_back(followers_.Add(
-          std::make_unique<WatchWorker>(kind, following, std::move(client), next_client_++)));
+      witnesses_.watchers.push_back(
+          followers_.Add(std::make_unique<WatchWorker>(kind, following, std::move(client))));
     }
     return absl::OkStatus();
   }
@@ -191,11 +154,10 @@ class Fleet {
     for (int i = 0; i < options_.robots; ++i) {
       HYPERMAP_ASSIGN_OR_RETURN(client::Client client, MakeClient());
       if (options_.observe_hz > 0.0) {
-        witnesses_.robots.push_back(
-            callers_.Add(std::make_unique<ObserveWorker>(load, client, i, next_client_++)));
+        witnesses_.robots.push_back(callers_.Add(std::make_unique<ObserveWorker>(load, client, i)));
       }
       if (options_.batches_hz > 0.0) {
-        callers_.Add(std::make_unique<PointsWorker>(load, client, i, next_client_++));
+        callers_.Add(std::make_unique<PointsWorker>(load, client, i));
       }
       if (options_.claims_hz > 0.0) callers_.Add(std::make_unique<ClaimWorker>(load, client, i));
     }
@@ -266,7 +228,6 @@ class Fleet {
   client::MapEntry start_;
   std::optional<RevisionTimes> times_;
   Witnesses witnesses_;
-  int next_client_ = 0;  // in outages_
   // Destroyed first, since their threads use the rest.
   Crew followers_;
   Crew callers_;

@@ -14,10 +14,10 @@ namespace hypermap::bench {
 // Called every few seconds with a line of text.
 using Progress = std::function<void(const std::string& line)>;
 
-// Prepares the map, connects all clients, runs the load, and compares everything in the end; see
-// docs/operations.md. Each robot, watcher, replica and editor has a connection of its own. The
+// Prepares the map, connects all clients, runs the load, and compares everything at the end; see
+// docs/performance.md. Each robot, watcher, replica and editor has a connection of its own. The
 // server may be restarted meanwhile: clients retry until it is back. Replicas write to a folder
-// below `scratch`, which is removed.
+// below `scratch`, which is removed unless the process is killed.
 //
 // Errors of Validate and Prepare; UNAVAILABLE or the server's error if not all clients can connect
 // within kConnectLimit; RESOURCE_EXHAUSTED if there are too few threads. That the report does not

@@ -1,4 +1,4 @@
-// What a load consists of.
+// The composition of a load.
 #ifndef HYPERMAP_CLIENT_LIBS_BENCH_FLEET_OPTIONS_H_
 #define HYPERMAP_CLIENT_LIBS_BENCH_FLEET_OPTIONS_H_
 
@@ -29,8 +29,8 @@ struct FleetOptions {
   int batch_points = 64;
   double claims_hz = 0.0;  // goals that a robot claims and releases
   int replicas = 50;
-  // Replicas, of those, that apply what they receive and can answer; the others only receive it,
-  // because the work of many would need the processors of many robots.
+  // Number of the replicas that apply the changes to a copy of the map. The others only receive and
+  // count the changes, because applying them for many robots takes the processors of many robots.
   int full_replicas = 5;
   int watchers = 50;
   int editors = 2;
@@ -39,8 +39,8 @@ struct FleetOptions {
   absl::Duration duration = absl::Seconds(60);
   absl::Duration warmup = absl::Seconds(5);
   uint64_t seed = 1;
-  // Folder below which each replica keeps its map in a file, in a folder of its own. Empty:
-  // replicas keep it in memory only, since the disks of robots are no load of the server.
+  // Folder below which full replicas keep their maps in files. Empty: they keep them in memory,
+  // since the disks of robots are no load of the server. A run that is killed leaves its files.
   std::string scratch;
   // HOST:PORT of the server's metrics. Empty: the server is not measured.
   std::string metrics;

@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "absl/strings/match.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "base/sync/deadline.h"
@@ -14,21 +15,24 @@ namespace {
 
 // How soon a replica's thread notices that it has to stop.
 constexpr absl::Duration kLook = absl::Milliseconds(200);
-// Arrivals that wait for the time of their revision. Watchers are hardly ever that far behind.
-constexpr size_t kMaxArrivals = 100'000;
+
+// Whether the client library has ended a watch because of its messages. It refuses revisions that
+// come again or go back.
+bool IsRefusal(const absl::Status& why) {
+  return absl::IsInternal(why) && absl::StartsWith(why.message(), "the server's answer");
+}
 
 }  // namespace
 
-WatchWorker::WatchWorker(OperationKind kind, const Following& following, client::Client client,
-                         int outage_client)
+WatchWorker::WatchWorker(OperationKind kind, const Following& following, client::Client client)
     : Worker(kind),
       following_(following),
       client_(std::move(client)),
-      outage_client_(outage_client),
+      outage_client_(following.outages.AddClient()),
       track_(following.start) {}
 
 client::Watcher WatchWorker::Call() {
-  if (recorder().kind() == OperationKind::kReplicaLag) {
+  if (recorder().kind() == OperationKind::kReplicaDelivery) {
     client::ReplicateOptions options;
     options.start_revision = track_.last();
     options.incarnation = following_.incarnation;
@@ -78,6 +82,7 @@ void WatchWorker::Run(const RunTimes& /*times*/) {
     if (is_stopped()) break;
     NoteEnd(watcher->status(), backoff.Next());
     Open().IgnoreError();  // an error shows in the next event
+    recorder().Retried(SteadyTime::Now());
   }
 }
 
@@ -87,6 +92,7 @@ void WatchWorker::Take(const client::WatchEvent& event, int num_resumed) {
   if (num_resumed != num_resumed_) {
     num_resumed_ = num_resumed;
     recorder().Failed(now, absl::UnavailableError("the watch broke, and has resumed"));
+    recorder().Retried(now);
     following_.outages.Failed(outage_client_, now);
   }
   following_.outages.Answered(outage_client_, now);
@@ -101,6 +107,7 @@ void WatchWorker::Take(const client::WatchEvent& event, int num_resumed) {
 
 void WatchWorker::NoteEnd(const absl::Status& why, absl::Duration pause) {
   const SteadyTime now = SteadyTime::Now();
+  if (IsRefusal(why)) track_.NoteRefusal();
   recorder().Failed(now, why.ok() ? absl::UnavailableError("the server ended the watch") : why);
   following_.outages.Failed(outage_client_, now);
   const Deadline deadline(pause);
@@ -108,13 +115,12 @@ void WatchWorker::NoteEnd(const absl::Status& why, absl::Duration pause) {
   while (!stopped_ && !deadline.has_passed()) stop_.WaitFor(&mutex_, deadline.left());
 }
 
-ReplicaWorker::ReplicaWorker(const Following& following, client::Client client, std::string folder,
-                             int outage_client)
+ReplicaWorker::ReplicaWorker(const Following& following, client::Client client, std::string folder)
     : Worker(OperationKind::kReplicaLag),
       following_(following),
       client_(std::move(client)),
       folder_(std::move(folder)),
-      outage_client_(outage_client) {}
+      outage_client_(following.outages.AddClient()) {}
 
 absl::Status ReplicaWorker::Open() {
   HYPERMAP_ASSIGN_OR_RETURN(
@@ -131,13 +137,14 @@ void ReplicaWorker::Run(const RunTimes& /*times*/) {
     }
     RecordArrivals();
   }
+  RecordArrivals();
 }
 
 void ReplicaWorker::NoteArrivals(Revision revision) {
   const absl::Time time = absl::Now();
   const SteadyTime moment = SteadyTime::Now();
   for (Revision r = revision_ + 1; r <= revision; ++r) {
-    if (arrivals_.size() < kMaxArrivals) arrivals_.push_back({r, time, moment});
+    arrivals_.push_back({r, time, moment});
   }
   revision_ = revision;
 }
@@ -160,6 +167,7 @@ void ReplicaWorker::NoteBreaks() {
   if (const int breaks = state.num_resumed + state.num_taken_anew; breaks != num_breaks_) {
     num_breaks_ = breaks;
     recorder().Failed(now, absl::UnavailableError("the replica's connection broke"));
+    recorder().Retried(now);
     following_.outages.Failed(outage_client_, now);
   }
   following_.outages.Answered(outage_client_, now);

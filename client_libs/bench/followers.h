@@ -21,7 +21,7 @@
 
 namespace hypermap::bench {
 
-// What followers share. All outlive them.
+// The map and the records that all followers share. They outlive the followers.
 struct Following {
   const std::string& map;
   // Followers report the changes after it. Its incarnation is that of the map.
@@ -32,17 +32,16 @@ struct Following {
 };
 
 // Receives the changes of the whole map, with coalesced messages, and checks the order of
-// revisions. It does not decode the changes, so that one machine can be many followers. Delivery of
+// revisions. It only counts the changes, so that one machine can be many followers. Delivery of
 // a revision is measured from its time by the server's clock, so that the clocks of both machines
 // must agree.
 //
 // kWatchDelivery: it watches as a dashboard does (Client::Watch), which resumes by itself.
-// kReplicaLag: it calls what a replica calls (Client::Replicate). A stream that ends is opened
-// again after the last revision.
+// kReplicaDelivery: it makes the call of a replica (Client::Replicate), and does not apply the
+// changes. A stream that ends is opened again after the last revision.
 class WatchWorker final : public Worker {
  public:
-  WatchWorker(OperationKind kind, const Following& following, client::Client client,
-              int outage_client);
+  WatchWorker(OperationKind kind, const Following& following, client::Client client);
 
   absl::Status Open() override;
   void Run(const RunTimes& times) override;
@@ -71,12 +70,12 @@ class WatchWorker final : public Worker {
   std::unique_ptr<client::Watcher> watcher_ ABSL_GUARDED_BY(mutex_);
 };
 
-// Keeps a replica of the whole map in `folder`, or in memory if that is empty. Its lag is the time
-// from that of a revision, by the server's clock, until the replica answers at it.
+// A full replica: it applies the changes of the whole map to a copy in `folder`, or in memory if
+// that is empty. Its lag runs from the time of a revision, by the server's clock, until the replica
+// answers at it.
 class ReplicaWorker final : public Worker {
  public:
-  ReplicaWorker(const Following& following, client::Client client, std::string folder,
-                int outage_client);
+  ReplicaWorker(const Following& following, client::Client client, std::string folder);
 
   absl::Status Open() override;
   void Run(const RunTimes& times) override;

@@ -60,7 +60,7 @@ Detection DetectionOf(const Box& box, double height_m, const std::string& label,
 
 ImaginedSite::ImaginedSite(uint64_t seed, int num_things)
     : lattice_side_(static_cast<int>(std::ceil(std::sqrt(num_things)))) {
-  Random random = RandomOf(seed, /*role=*/0, /*number=*/0);
+  Random random = RandomOf(seed, RandomRole::kSite, 0);
   for (int i = 0; i < num_things; ++i) {
     const double x = kSpacing_m * (i % lattice_side_ + 0.5);
     const double y = kSpacing_m * (i / lattice_side_ + 0.5);

@@ -26,7 +26,7 @@ class ImaginedSite {
   // The site is the square from the origin to (side, side).
   double side_m() const;
 
-  // What a robot sees from a random place: a thing and up to two of its neighbours.
+  // Returns what a robot sees from a random place: a thing and up to two of its neighbours.
   Observation Observe(const std::string& robot, int64_t sequence, absl::Time stamp,
                       Random& random) const;
   // Points within 3 m of a random place.

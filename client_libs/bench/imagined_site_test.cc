@@ -13,7 +13,7 @@ namespace {
 TEST(ImaginedSiteTest, ObservationsAreValidAndShowOneToThreeThings) {
   for (const int things : {1, 2, 200}) {
     const ImaginedSite site(1, things);
-    Random random = RandomOf(1, 1, 1);
+    Random random = RandomOf(1, RandomRole::kEdit, 1);
     for (int i = 0; i < 200; ++i) {
       const Observation observation = site.Observe("robot", i, absl::Now(), random);
       EXPECT_TRUE(Validate(observation).ok()) << Validate(observation);
@@ -26,7 +26,7 @@ TEST(ImaginedSiteTest, ObservationsAreValidAndShowOneToThreeThings) {
 
 TEST(ImaginedSiteTest, EditedObjectsAreValidAndOfAllShapes) {
   const ImaginedSite site(1, 50);
-  Random random = RandomOf(1, 1, 1);
+  Random random = RandomOf(1, RandomRole::kEdit, 1);
   std::set<ShapeKind> kinds;
   for (int64_t number = 0; number < 12; ++number) {
     const SemanticObject object = site.EditedObject(number, random);
@@ -38,15 +38,15 @@ TEST(ImaginedSiteTest, EditedObjectsAreValidAndOfAllShapes) {
 
 TEST(ImaginedSiteTest, BatchesHaveTheAskedNumberOfPoints) {
   const ImaginedSite site(1, 50);
-  Random random = RandomOf(1, 1, 1);
+  Random random = RandomOf(1, RandomRole::kEdit, 1);
   EXPECT_EQ(site.AskedPoints(64, random).size(), 64U);
 }
 
 TEST(ImaginedSiteTest, DependsOnTheSeedOnly) {
   const ImaginedSite a(1, 50);
   const ImaginedSite b(1, 50);
-  Random of_a = RandomOf(1, 1, 1);
-  Random of_b = RandomOf(1, 1, 1);
+  Random of_a = RandomOf(1, RandomRole::kEdit, 1);
+  Random of_b = RandomOf(1, RandomRole::kEdit, 1);
   const absl::Time now = absl::Now();
   EXPECT_EQ(a.Observe("robot", 1, now, of_a).detections,
             b.Observe("robot", 1, now, of_b).detections);

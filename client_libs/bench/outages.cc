@@ -14,7 +14,11 @@ std::optional<absl::Duration> Outage::AllBack() const {
   return *all_back - *first_answer_after;
 }
 
-OutageLog::OutageLog(int num_clients) : standings_(num_clients, Standing::kNotNoticed) {}
+int OutageLog::AddClient() {
+  const MutexLock lock(&mutex_);
+  standings_.push_back(Standing::kNotNoticed);
+  return static_cast<int>(standings_.size()) - 1;
+}
 
 void OutageLog::Answered(int client, SteadyTime at) {
   if (!is_open_.load(std::memory_order_acquire)) {
@@ -30,7 +34,7 @@ void OutageLog::AnsweredInOutage(int client, SteadyTime at) {
   Outage& outage = outages_.back();
   Standing& standing = standings_[client];
   if (standing == Standing::kBack) return;
-  // What arrives before the first client is back may have been sent before the outage.
+  // An answer that arrives before the first client is back may have been sent before the outage.
   if (standing == Standing::kNotNoticed && !outage.first_answer_after) return;
   if (!outage.first_answer_after) outage.first_answer_after = at;
   standing = Standing::kBack;

@@ -30,12 +30,12 @@ struct Outage {
   std::optional<absl::Duration> AllBack() const;
 };
 
-// Notes the answers and failures of clients, which are numbered from 0. Thread safe; an answer
-// costs an atomic operation or two while there is no outage.
+// Notes the answers and failures of clients. Thread safe; an answer costs an atomic operation or
+// two while there is no outage.
 class OutageLog {
  public:
-  explicit OutageLog(int num_clients);
-
+  // Returns the number of a new client. All clients are added before the first failure.
+  int AddClient();
   void Answered(int client, SteadyTime at);
   void Failed(int client, SteadyTime at);
 

@@ -14,6 +14,8 @@ absl::string_view OperationKindName(OperationKind kind) {
       return "claim";
     case OperationKind::kWatchDelivery:
       return "watch_delivery";
+    case OperationKind::kReplicaDelivery:
+      return "replica_delivery";
     case OperationKind::kReplicaLag:
       return "replica_lag";
   }
@@ -25,6 +27,7 @@ void OperationTotals::Merge(const OperationTotals& other) {
   due += other.due;
   late += other.late;
   errors += other.errors;
+  retries += other.retries;
   if (!other.last_error.empty()) last_error = other.last_error;
 }
 
@@ -53,6 +56,11 @@ void Recorder::Failed(SteadyTime at, const absl::Status& why) {
   if (at < times_.measure_from) return;
   ++totals_.errors;
   totals_.last_error = why.ToString();
+}
+
+void Recorder::Retried(SteadyTime at) {
+  const MutexLock lock(&mutex_);
+  totals_.retries += at >= times_.measure_from;
 }
 
 OperationTotals Recorder::totals() const {

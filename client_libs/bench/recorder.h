@@ -16,25 +16,25 @@
 namespace hypermap::bench {
 
 enum class OperationKind {
-  kObservation,    // an observation, until it is acknowledged
-  kPoints,         // a batch of points, until it is answered
-  kEdit,           // a batch of edits, until it is on disk
-  kClaim,          // a goal of an exploration, until it is leased or refused
-  kWatchDelivery,  // a revision, from its time until a watcher has it
-  kReplicaLag,     // a revision, from its time until a replica answers at it
+  kObservation,      // an observation, until it is acknowledged
+  kPoints,           // a batch of points, until it is answered
+  kEdit,             // a batch of edits, until it is on disk
+  kClaim,            // a goal of an exploration, until it is leased or refused
+  kWatchDelivery,    // a revision, from its time until a watcher has received it
+  kReplicaDelivery,  // a revision, from its time until a replica has received it
+  kReplicaLag,       // a revision, from its time until a replica has applied it and answers at it
 };
-inline constexpr OperationKind kOperationKinds[] = {
-    OperationKind::kObservation, OperationKind::kPoints,        OperationKind::kEdit,
-    OperationKind::kClaim,       OperationKind::kWatchDelivery, OperationKind::kReplicaLag};
 
-// Returns "observation", "points", "edit", "claim", "watch_delivery" or "replica_lag".
+// Returns "observation", "points", "edit", "claim", "watch_delivery", "replica_delivery" or
+// "replica_lag".
 absl::string_view OperationKindName(OperationKind kind);
 
 struct OperationTotals {
   LatencyHistogram latencies;  // of the answered operations; its count is their number
   int64_t due = 0;             // operations whose time had come
   int64_t late = 0;            // begun more than one period after they were due
-  int64_t errors = 0;          // failed attempts, also those that a later attempt made good
+  int64_t errors = 0;          // failed attempts, also of operations that were answered later
+  int64_t retries = 0;         // attempts after a failed one; streams that were opened again
   std::string last_error;
 
   int64_t unanswered() const { return due - latencies.count(); }
@@ -54,8 +54,9 @@ class Recorder {
   void Due(SteadyTime due);
   void Late(SteadyTime due);
   void Answered(SteadyTime due, SteadyTime answered);
-  // Counts if `at` is not before the measured part.
+  // These count if `at` is not before the measured part.
   void Failed(SteadyTime at, const absl::Status& why);
+  void Retried(SteadyTime at);
 
   OperationTotals totals() const;
 

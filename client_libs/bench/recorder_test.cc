@@ -35,10 +35,12 @@ TEST_F(RecorderTest, OperationsOfTheWarmUpDoNotCountWhenTheyAreAnsweredLater) {
   recorder_.Late(At(4.9));
   recorder_.Answered(At(4.9), At(7));
   recorder_.Failed(At(4.9), absl::UnavailableError("not yet"));
+  recorder_.Retried(At(4.95));
   const OperationTotals totals = recorder_.totals();
   EXPECT_EQ(totals.due, 0);
   EXPECT_EQ(totals.late, 0);
   EXPECT_EQ(totals.errors, 0);
+  EXPECT_EQ(totals.retries, 0);
   EXPECT_EQ(totals.latencies.count(), 0);
 }
 
@@ -52,9 +54,12 @@ TEST_F(RecorderTest, OperationsThatAreAnsweredAfterTheEndCount) {
 TEST_F(RecorderTest, EachFailedAttemptIsAnError) {
   recorder_.Due(At(6));
   recorder_.Failed(At(6), absl::UnavailableError("first"));
+  recorder_.Retried(At(6.5));
   recorder_.Failed(At(7), absl::UnavailableError("second"));
+  recorder_.Retried(At(7.5));
   recorder_.Answered(At(6), At(8));
   EXPECT_EQ(recorder_.totals().errors, 2);
+  EXPECT_EQ(recorder_.totals().retries, 2);
   EXPECT_EQ(recorder_.totals().unanswered(), 0);
   EXPECT_THAT(recorder_.totals().last_error, HasSubstr("second"));
 }
@@ -67,6 +72,7 @@ TEST_F(RecorderTest, TotalsOfManyClientsAreAdded) {
     recorder->Due(At(7));
     recorder->Answered(At(6), At(7));
     recorder->Failed(At(7), absl::UnavailableError("down"));
+    recorder->Retried(At(7));
   }
   OperationTotals totals;
   totals.Merge(recorder_.totals());
@@ -75,6 +81,7 @@ TEST_F(RecorderTest, TotalsOfManyClientsAreAdded) {
   EXPECT_EQ(totals.due, 4);
   EXPECT_EQ(totals.unanswered(), 2);
   EXPECT_EQ(totals.errors, 2);
+  EXPECT_EQ(totals.retries, 2);
   EXPECT_THAT(totals.last_error, HasSubstr("down"));
 }
 

@@ -15,7 +15,7 @@
 
 namespace hypermap::bench {
 
-// Whether everything that the server acknowledged is there in the end, and all followers have it.
+// Whether everything that the server acknowledged is there at the end, and all followers have it.
 struct Consistency {
   Revision first = 0;   // the revision at the start
   Revision newest = 0;  // the revision at the end
@@ -61,8 +61,8 @@ struct FleetReport {
   std::map<OperationKind, OperationTotals> operations;
   Consistency consistency;
   std::vector<OutageReport> outages;
-  // Of the process that makes the load: CPU time of the measured part, the largest memory, and the
-  // threads at the beginning of the measured part.
+  // Resources of the process that makes the load: CPU time of the measured part, the largest
+  // memory, and the threads at the beginning of the measured part.
   double generator_cpu_s = 0.0;
   int64_t generator_max_resident_bytes = 0;
   int generator_threads = 0;

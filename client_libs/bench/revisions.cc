@@ -35,6 +35,11 @@ void WatchTrack::Note(Revision revision, bool has_changes) {
   last_ = std::max(last_, revision);
 }
 
+void WatchTrack::NoteRefusal() {
+  const MutexLock lock(&mutex_);
+  ++faults_.reordered;
+}
+
 Revision WatchTrack::last() const {
   const MutexLock lock(&mutex_);
   return last_;

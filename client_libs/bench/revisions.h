@@ -35,11 +35,11 @@ class RevisionSet {
   int64_t size_ = 0;
 };
 
-// What a watch may do wrong. A revision that was due and never came is found at the end, by
-// comparison with the revisions that the server lists (RevisionSet::CountMissing).
+// Errors of a watch. A revision that never came is found at the end, by comparison with the
+// revisions that the server lists (RevisionSet::CountMissing).
 struct WatchFaults {
   int64_t repeated = 0;   // a revision came again
-  int64_t reordered = 0;  // an event was older than one before it
+  int64_t reordered = 0;  // an event was older than one before it, or refused for its order
 };
 
 // Checks the events of one watch, which may break and resume. Thread safe.
@@ -51,6 +51,9 @@ class WatchTrack {
   // Call it for each event, with the revision and whether the event has changes. An event without
   // changes tells how far the watch is, and may name the revision of the event before it.
   void Note(Revision revision, bool has_changes);
+
+  // Call it if the client library has ended the watch because of the order of its messages.
+  void NoteRefusal();
 
   // The revision that the watch has reached.
   Revision last() const;
@@ -82,7 +85,7 @@ class RevisionTimes {
  private:
   const Revision start_;
   mutable Mutex mutex_;
-  // Of the revision start_ + 1 + index; InfinitePast if it has none.
+  // The time of the revision start_ + 1 + index; InfinitePast if it has none.
   std::vector<absl::Time> times_ ABSL_GUARDED_BY(mutex_);
 };
 

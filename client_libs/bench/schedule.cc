@@ -4,8 +4,8 @@
 
 namespace hypermap::bench {
 
-Random RandomOf(uint64_t seed, uint64_t role, uint64_t number) {
-  std::seed_seq words{seed & 0xffffffffU, seed >> 32U, role, number};
+Random RandomOf(uint64_t seed, RandomRole role, uint64_t number) {
+  std::seed_seq words{seed & 0xffffffffU, seed >> 32U, static_cast<uint64_t>(role), number};
   return Random(words);
 }
 

@@ -12,12 +12,14 @@ namespace hypermap::bench {
 
 using Random = std::mt19937_64;
 
-// Returns a generator of random numbers for one client, which depends on the arguments only.
-// `role` distinguishes kinds of clients.
-Random RandomOf(uint64_t seed, uint64_t role, uint64_t number);
+// The uses of random numbers in a load.
+enum class RandomRole { kSite, kObserve, kPoints, kClaim, kEdit };
 
-// The periods of a run. Operations that are due in [measure_from, end) count. What is not answered
-// at `give_up` is given up.
+// Returns a generator of random numbers for one client, which depends on the arguments only.
+Random RandomOf(uint64_t seed, RandomRole role, uint64_t number);
+
+// The periods of a run. Operations that are due in [measure_from, end) count. At `give_up`, clients
+// stop to wait for answers.
 struct RunTimes {
   SteadyTime start = SteadyTime::InfiniteFuture();
   SteadyTime measure_from = SteadyTime::InfiniteFuture();

@@ -21,7 +21,7 @@ TEST(ScheduleTest, AWindowHasAsManyOperationsAsItsDurationTimesTheRate) {
   const SteadyTime start = SteadyTime::Now();
   const RunTimes times{start, start + absl::Seconds(2), start + absl::Seconds(8),
                        start + absl::Seconds(60)};
-  Random random = RandomOf(7, 0, 0);
+  Random random = RandomOf(7, RandomRole::kEdit, 0);
   for (int i = 0; i < 100; ++i) {
     const Schedule schedule(start, 5.0, RandomPhase(random));
     int counted = 0;
@@ -31,10 +31,10 @@ TEST(ScheduleTest, AWindowHasAsManyOperationsAsItsDurationTimesTheRate) {
 }
 
 TEST(ScheduleTest, RandomNumbersDependOnSeedRoleAndNumberOnly) {
-  EXPECT_EQ(RandomOf(1, 2, 3)(), RandomOf(1, 2, 3)());
+  EXPECT_EQ(RandomOf(1, RandomRole::kPoints, 3)(), RandomOf(1, RandomRole::kPoints, 3)());
   std::set<uint64_t> seen;
   for (const uint64_t seed : {uint64_t{1}, uint64_t{2}, uint64_t{1} << 40U}) {
-    for (uint64_t role = 0; role < 3; ++role) {
+    for (const RandomRole role : {RandomRole::kObserve, RandomRole::kPoints, RandomRole::kEdit}) {
       for (uint64_t number = 0; number < 50; ++number) seen.insert(RandomOf(seed, role, number)());
     }
   }
@@ -44,7 +44,7 @@ TEST(ScheduleTest, RandomNumbersDependOnSeedRoleAndNumberOnly) {
 TEST(ScheduleTest, PhasesSpreadOverThePeriod) {
   int in_first_half = 0;
   for (uint64_t number = 0; number < 1000; ++number) {
-    Random random = RandomOf(1, 0, number);
+    Random random = RandomOf(1, RandomRole::kEdit, number);
     const double phase = RandomPhase(random);
     ASSERT_GE(phase, 0.0);
     ASSERT_LT(phase, 1.0);

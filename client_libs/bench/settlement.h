@@ -15,8 +15,8 @@
 
 namespace hypermap::bench {
 
-// The clients that know something of the map, owned by somebody else. Robots and editors have
-// ended, while watchers and replicas still follow.
+// The clients whose knowledge of the map is compared; not owned. Robots and editors have ended,
+// while watchers and replicas still follow.
 struct Witnesses {
   std::vector<ObserveWorker*> robots;
   std::vector<EditWorker*> editors;

@@ -8,8 +8,8 @@
 
 namespace hypermap::bench {
 
-// Open and Run are called on the worker's thread, Stop on any; the rest of a worker is read when
-// its thread has ended, unless it says otherwise.
+// Open and Run are called on the worker's thread, Stop on any. The results of a worker are read
+// when its thread has ended, unless they say otherwise.
 class Worker {
  public:
   explicit Worker(OperationKind kind) : recorder_(kind) {}
@@ -20,7 +20,7 @@ class Worker {
   // Connects, once. Called again after an error.
   virtual absl::Status Open() = 0;
   // Carries out the operations that are due before the end, and returns when all are answered or
-  // given up. Those that follow the map return after Stop.
+  // given up. Workers that follow the map return after Stop.
   virtual void Run(const RunTimes& times) = 0;
   virtual void Stop() {}
 

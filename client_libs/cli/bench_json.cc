@@ -29,6 +29,7 @@ Json OperationJson(const bench::OperationTotals& totals, double seconds) {
   const bench::LatencyHistogram& latencies = totals.latencies;
   Json json = {{"count", latencies.count()},
                {"errors", totals.errors},
+               {"retries", totals.retries},
                {"unanswered", totals.unanswered()},
                {"late", totals.late},
                {"rate_per_s", static_cast<double>(latencies.count()) / seconds},

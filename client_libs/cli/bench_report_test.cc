@@ -24,6 +24,7 @@ bench::FleetReport SampleReport() {
   points.due = 101;
   points.late = 3;
   points.errors = 2;
+  points.retries = 1;
   points.last_error = "UNAVAILABLE: gone";
   report.consistency.first = 4;
   report.consistency.newest = 90;
@@ -48,6 +49,7 @@ TEST(BenchReportTest, JsonHasOperationsConfigurationAndConsistency) {
   EXPECT_EQ(points["unanswered"], 1);
   EXPECT_EQ(points["late"], 3);
   EXPECT_EQ(points["errors"], 2);
+  EXPECT_EQ(points["retries"], 1);
   EXPECT_EQ(points["rate_per_s"], 10.0);
   EXPECT_EQ(points["p50_ms"], 0.05);
   EXPECT_EQ(points["p99_ms"], 0.099);
@@ -70,7 +72,7 @@ TEST(BenchReportTest, OutageThatIsNotOverHasNulls) {
 
 TEST(BenchReportTest, TableHasARowForEachOperationAndTheVerdict) {
   const std::string table = Table(SampleReport());
-  EXPECT_THAT(table, HasSubstr("batch of points answered"));
+  EXPECT_THAT(table, HasSubstr("batch of points answered    100       2        1     3"));
   EXPECT_THAT(table, HasSubstr("last error of \"batch of points answered\": UNAVAILABLE: gone"));
   EXPECT_THAT(table, HasSubstr("\nholds\n"));
   EXPECT_THAT(table, Not(HasSubstr("server:")));

@@ -27,26 +27,28 @@ std::string DescribeOperation(bench::OperationKind kind) {
     case bench::OperationKind::kClaim:
       return "goal claimed";
     case bench::OperationKind::kWatchDelivery:
-      return "revision at a watcher";
+      return "revision received by a watcher";
+    case bench::OperationKind::kReplicaDelivery:
+      return "revision received by a replica";
     case bench::OperationKind::kReplicaLag:
-      return "revision at a replica";
+      return "revision applied by a replica";
   }
   return "";
 }
 
 void PrintOperations(const bench::FleetReport& report, std::ostream& out) {
   const double seconds = absl::ToDoubleSeconds(report.options.duration);
-  TextTable table({"OPERATION", "COUNT", "ERRORS", "LATE", "PER SECOND", "P50 [ms]", "P90 [ms]",
-                   "P99 [ms]", "P99.9 [ms]", "MAX [ms]"});
+  TextTable table({"OPERATION", "COUNT", "ERRORS", "RETRIES", "LATE", "PER SECOND", "P50 [ms]",
+                   "P90 [ms]", "P99 [ms]", "P99.9 [ms]", "MAX [ms]"});
   for (const auto& [kind, totals] : report.operations) {
     const bench::LatencyHistogram& latencies = totals.latencies;
-    table.AddRow({DescribeOperation(kind), absl::StrCat(latencies.count()),
-                  absl::StrCat(totals.errors), absl::StrCat(totals.late),
-                  FormatNumber(static_cast<double>(latencies.count()) / seconds, 1),
-                  InMilliseconds(latencies.Percentile(50.0)),
-                  InMilliseconds(latencies.Percentile(90.0)),
-                  InMilliseconds(latencies.Percentile(99.0)),
-                  InMilliseconds(latencies.Percentile(99.9)), InMilliseconds(latencies.max())});
+    table.AddRow(
+        {DescribeOperation(kind), absl::StrCat(latencies.count()), absl::StrCat(totals.errors),
+         absl::StrCat(totals.retries), absl::StrCat(totals.late),
+         FormatNumber(static_cast<double>(latencies.count()) / seconds, 1),
+         InMilliseconds(latencies.Percentile(50.0)), InMilliseconds(latencies.Percentile(90.0)),
+         InMilliseconds(latencies.Percentile(99.0)), InMilliseconds(latencies.Percentile(99.9)),
+         InMilliseconds(latencies.max())});
   }
   table.Print(out);
   for (const auto& [kind, totals] : report.operations) {
