@@ -24,7 +24,8 @@ struct Outage {
   int num_failed = 0;   // clients that noticed it
   int num_waiting = 0;  // clients that are not back
 
-  // From the last answer before to the first one after.
+  // From the last answer to any client before the first failure until the first answer to a client
+  // that had failed. Other clients may have had answers meanwhile.
   std::optional<absl::Duration> Down() const;
   // From the first answer after until all clients are back.
   std::optional<absl::Duration> AllBack() const;

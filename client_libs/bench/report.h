@@ -48,7 +48,7 @@ struct OutageReport {
   double last_answer_before_s = 0.0;
   double first_failure_s = 0.0;
   std::optional<double> first_answer_after_s;
-  // From the last answer before to the first one after.
+  // From the last answer before to the first one to a client that had failed.
   std::optional<double> down_s;
   // From the first answer after until all clients are back; nullopt: not all are.
   std::optional<double> all_back_s;

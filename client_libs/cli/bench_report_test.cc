@@ -88,7 +88,7 @@ TEST(BenchReportTest, TableNamesWhatDoesNotHold) {
   const std::string table = Table(report);
   EXPECT_THAT(table, HasSubstr("DOES NOT HOLD: 2 edits lost, 1 replicas behind"));
   EXPECT_THAT(table, HasSubstr("problem: the map is away"));
-  EXPECT_THAT(table, HasSubstr("7 streams failed, no answers for 1.25 s, all back 0.50 s"));
+  EXPECT_THAT(table, HasSubstr("7 streams failed and had no answers for 1.25 s, all back 0.50 s"));
   EXPECT_THAT(table, HasSubstr("server: 3.0 s of CPU"));
 }
 

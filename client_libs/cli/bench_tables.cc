@@ -61,7 +61,7 @@ void PrintOperations(const bench::FleetReport& report, std::ostream& out) {
 void PrintOutage(const bench::OutageReport& outage, std::ostream& out) {
   out << absl::StrFormat("outage at %.1f s: %d streams failed", outage.first_failure_s,
                          outage.clients_failed);
-  if (outage.down_s) out << absl::StrFormat(", no answers for %.2f s", *outage.down_s);
+  if (outage.down_s) out << absl::StrFormat(" and had no answers for %.2f s", *outage.down_s);
   if (outage.all_back_s) {
     out << absl::StrFormat(", all back %.2f s after the first answer", *outage.all_back_s);
   } else {
