@@ -43,9 +43,9 @@ class FollowingWorker : public Worker {
 
 TEST(CrewTest, WorkersBeginWhenAllHaveConnected) {
   Crew crew;
-  std::vector<FollowingWorker*> workers;
-  for (int i = 0; i < 8; ++i) {
-    workers.push_back(crew.Add(std::make_unique<FollowingWorker>(i % 3)));
+  std::vector<FollowingWorker*> workers(8);
+  for (size_t i = 0; i < workers.size(); ++i) {
+    workers[i] = crew.Add(std::make_unique<FollowingWorker>(i % 3));
   }
   ASSERT_TRUE(crew.Connect(absl::Minutes(1)).ok());
   for (const FollowingWorker* worker : workers) EXPECT_FALSE(worker->has_run());

@@ -62,8 +62,10 @@ ImaginedSite::ImaginedSite(uint64_t seed, int num_things)
     : lattice_side_(static_cast<int>(std::ceil(std::sqrt(num_things)))) {
   Random random = RandomOf(seed, RandomRole::kSite, 0);
   for (int i = 0; i < num_things; ++i) {
-    const double x = kSpacing_m * (i % lattice_side_ + 0.5);
-    const double y = kSpacing_m * (i / lattice_side_ + 0.5);
+    const int column = i % lattice_side_;
+    const int row = i / lattice_side_;
+    const double x = kSpacing_m * (column + 0.5);
+    const double y = kSpacing_m * (row + 0.5);
     const double width = Uniform(random, 0.4, 0.8);
     const double depth = Uniform(random, 0.4, 0.8);
     things_.push_back({Box{{x, y}, {x + width, y + depth}}, Uniform(random, 0.4, 1.6),

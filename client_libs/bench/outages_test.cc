@@ -107,6 +107,7 @@ TEST_F(OutageLogTest, EachRestartIsAnOutage) {
 TEST_F(OutageLogTest, ClientsOfManyThreadsAreAllCounted) {
   AddClients(8);
   std::vector<std::thread> threads;
+  threads.reserve(8);
   for (int client = 0; client < 8; ++client) {
     threads.emplace_back([this, client] {
       for (int i = 0; i < 200; ++i) {

@@ -190,7 +190,7 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target,
                                            const ClientOptions& options) {
   const absl::Status problem = Check(target, options);
   TokenSource token = options.token;
-  if (!problem.ok()) token = [problem] { return problem; };
+  if (!problem.ok()) token = [problem] { return absl::StatusOr<std::string>(problem); };
   std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
   if (token) interceptors.push_back(std::make_unique<BearerTokens>(std::move(token)));
   return grpc::experimental::CreateCustomChannelWithInterceptors(
