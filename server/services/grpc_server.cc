@@ -204,9 +204,10 @@ void GrpcServer::Shutdown(absl::Duration grace) {
   health_.Stop();
   // Streams that have no end of their own would hold up the shutdown for all of `grace`.
   for (const Site::Entry& map : site_->List()) {
-    if (map.session) map.session->feed().Close();
+    if (map.session) map.session->EndWaiting();
   }
   query_.StopStreams();
+  ingest_.StopStreams();
   reflection_.Stop();
   watch_.EndAfter(kWatchGrace);
   CloseWhenIdle();

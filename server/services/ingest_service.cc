@@ -42,7 +42,7 @@ absl::Status StartCommand(const Facilities& facilities, UnaryCallPtr call, const
 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* IngestService::Observe(
     grpc::CallbackServerContext* context) {
-  return new ObserveCall(context, &facilities_);
+  return new ObserveCall(context, &facilities_, &observe_calls_);
 }
 
 grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContext* context,

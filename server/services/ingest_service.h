@@ -9,6 +9,7 @@
 #include "hypermap/v1/ingest_service.grpc.pb.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/unary_call.h"
+#include "server/services/open_streams.h"
 
 namespace hypermap::server {
 
@@ -20,6 +21,9 @@ class IngestService : public v1::IngestService::WithRawCallbackMethod_Observe<
                                       v1::IngestService::Service>>>> {
  public:
   explicit IngestService(const Facilities& facilities) : facilities_(facilities) {}
+
+  // Ends all streams, and refuses new ones.
+  void StopStreams() { observe_calls_.Stop(); }
 
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* Observe(
       grpc::CallbackServerContext* context) override;
@@ -38,6 +42,7 @@ class IngestService : public v1::IngestService::WithRawCallbackMethod_Observe<
                                   v1::ExplainObjectResponse* response) const;
 
   const Facilities facilities_;
+  OpenStreams observe_calls_;
 };
 
 }  // namespace hypermap::server

@@ -102,6 +102,17 @@ TEST_F(IngestServiceTest, AcceptedObservationIsVisibleAtTheRevisionThatIsTold) {
   EXPECT_TRUE(Close(*stream).ok());
 }
 
+TEST_F(IngestServiceTest, ServerThatStopsEndsOpenStreams) {
+  auto stream = Open();
+  EXPECT_EQ(Send(*stream, See("cart", 0, "chair")).outcome, Outcome::kAccepted);
+  // A stream that went on would be cut off after the grace.
+  std::thread stop([&] { server_.Shutdown(absl::Minutes(1)); });
+  EXPECT_FALSE(stream->Read().has_value());
+  EXPECT_TRUE(absl::IsUnavailable(stream->status())) << stream->status();
+  EXPECT_THAT(std::string(stream->status().message()), HasSubstr("the server is stopping"));
+  stop.join();
+}
+
 // The free space is a square of 1.6 cells, from near the middle of a cell.
 TEST_F(IngestServiceTest, ExploredAreTheCellsThatTheLayersRuleSelects) {
   const std::pair<CellRule, int64_t> kCells[] = {

@@ -49,18 +49,29 @@ int64_t Charged(int64_t bytes) {
 
 }  // namespace
 
-ObserveCall::ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities)
+ObserveCall::ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities,
+                         OpenStreams* open)
     : facilities_(facilities),
+      open_(open),
       context_(facilities->door(), context, Rpc::kObserve),
       ticket_(context_.ticket()) {
-  if (context_.admitted().ok()) {
+  absl::Status status = context_.admitted();
+  if (status.ok()) {
     StartRead(&read_);
-    return;
+    if (open_->Add(this)) return;
+    status = ServerStops();
   }
-  Change([this] {
+  Change([&] {
     mutex_.AssertHeld();
     reading_ = false;
-    status_ = context_.admitted();
+    status_ = std::move(status);
+  });
+}
+
+void ObserveCall::EndSoon() {
+  Change([this] {
+    mutex_.AssertHeld();
+    stopping_ = true;
   });
 }
 
@@ -70,7 +81,7 @@ void ObserveCall::OnReadDone(bool ok) {
     reading_ = false;
     // No work may start on a request that arrives after Finish, because OnDone does not wait for
     // it.
-    if (!ok || finished_) {
+    if (!ok || finished_ || stopping_) {
       no_more_reads_ = true;
       return;
     }
@@ -158,6 +169,7 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
     change();
     ends = GoOn();
     status = status_;
+    if (status.ok() && stopping_) status = ServerStops();
     if (status.ok() && !opened_) status = absl::InvalidArgumentError("the stream was not opened");
     acknowledged = acknowledged_;
   }
@@ -169,8 +181,9 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
 
 bool ObserveCall::GoOn() {
   if (finished_) return false;
-  if (status_.ok() && !reading_ && !taking_ && !no_more_reads_ && in_flight_ < kMaxInFlight &&
-      unanswered_bytes_ < kMaxUnansweredBytes && unwritten_bytes_ < kMaxUnwrittenBytes) {
+  if (status_.ok() && !reading_ && !taking_ && !no_more_reads_ && !stopping_ &&
+      in_flight_ < kMaxInFlight && unanswered_bytes_ < kMaxUnansweredBytes &&
+      unwritten_bytes_ < kMaxUnwrittenBytes) {
     reading_ = true;
     StartRead(&read_);
   }
@@ -189,7 +202,7 @@ bool ObserveCall::GoOn() {
     StartWrite(&written_);
     return false;
   }
-  finished_ = (!status_.ok() || no_more_reads_) && !taking_ && in_flight_ == 0;
+  finished_ = (!status_.ok() || no_more_reads_ || stopping_) && !taking_ && in_flight_ == 0;
   return finished_;
 }
 

@@ -34,20 +34,25 @@ namespace hypermap::server {
 // acknowledgements that are ready when the previous one was written. So a caller that sends faster
 // than the disk writes, or does not read its answers, delays nobody but itself. Deletes itself in
 // OnDone, which gRPC calls after Finish, when no operation is under way.
-class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
+class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                          private EndableStream {
  public:
-  // `facilities` must outlive this; the context lives until OnDone.
-  ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities);
+  // `facilities` and `open` must outlive this; the context lives until OnDone.
+  ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities,
+              OpenStreams* open);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
   void OnDone() override {
+    open_->Remove(this);
     ticket_.LookForCancellation();
     delete this;
   }
 
  private:
+  void EndSoon() override;
+
   static constexpr int kMaxInFlight = 32;
   static constexpr int64_t kMaxUnansweredBytes = 4 << 20;
   // 2,000 acknowledgements or more: the encoded ones take less.
@@ -95,6 +100,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   bool GoOn() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const Facilities* const facilities_;
+  OpenStreams* const open_;
   CallContext context_;
   CallTicket& ticket_;  // of context_
 
@@ -122,6 +128,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   bool taking_ ABSL_GUARDED_BY(mutex_) = false;  // a worker has a request
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool no_more_reads_ ABSL_GUARDED_BY(mutex_) = false;
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
   int64_t acknowledged_ ABSL_GUARDED_BY(mutex_) = 0;

@@ -33,41 +33,19 @@ constexpr int64_t kBytesOfLabel = 64;
 // Messages of batches that took more than this are freed after the answer; smaller ones are reused.
 constexpr int64_t kMaxKeptBytes = 1 << 20;
 
-absl::Status Stopping() { return absl::UnavailableError("the server is stopping"); }
-
 }  // namespace
 
-bool OpenPointsCalls::Add(PointsCall* call) {
-  MutexLock lock(&mutex_);
-  if (stopping_) return false;
-  calls_.insert(call);
-  return true;
-}
-
-void OpenPointsCalls::Remove(PointsCall* call) {
-  MutexLock lock(&mutex_);
-  calls_.erase(call);
-}
-
-void OpenPointsCalls::Stop() {
-  // While the lock is held no call is deleted, because OnDone waits for it in Remove. This can't
-  // deadlock, because gRPC calls OnDone on another thread than the one that calls Finish.
-  MutexLock lock(&mutex_);
-  stopping_ = true;
-  for (PointsCall* call : calls_) call->End(Stopping());
-}
-
 PointsCall::PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities,
-                       OpenPointsCalls* calls)
+                       OpenStreams* open)
     : facilities_(facilities),
-      calls_(calls),
+      open_(open),
       context_(facilities->door(), context, Rpc::kQueryPoints),
       ticket_(context_.ticket()) {
   StartRead(&read_);
   if (!context_.admitted().ok()) {
     End(context_.admitted());
-  } else if (!calls->Add(this)) {
-    End(Stopping());
+  } else if (!open->Add(this)) {
+    End(ServerStops());
   }
 }
 
@@ -101,7 +79,7 @@ void PointsCall::OnCancel() {
 }
 
 void PointsCall::OnDone() {
-  calls_->Remove(this);
+  open_->Remove(this);
   ticket_.LookForCancellation();
   delete this;
 }

@@ -8,7 +8,6 @@
 
 #include <cstdint>
 #include <optional>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -25,6 +24,7 @@
 #include "server/rpc/facilities.h"
 #include "server/rpc/revision_wait.h"
 #include "server/rpc/worker_pool.h"
+#include "server/services/open_streams.h"
 #include "wire/points.h"
 
 namespace hypermap::server {
@@ -32,49 +32,29 @@ namespace hypermap::server {
 // A question with a larger tolerance may have all objects of a map in its reach.
 inline constexpr double kSmallTolerance_m = 5.0;
 
-class PointsCall;
-
-// The registry of all QueryPoints rpcs that are under way. Thread safe.
-class OpenPointsCalls {
- public:
-  OpenPointsCalls() = default;
-  // gRPC's shutdown has waited for the last Remove; the lock lets ThreadSanitizer see that.
-  ~OpenPointsCalls() { const MutexLock lock(&mutex_); }
-
-  // Returns false, without adding the call, if the server is stopping.
-  bool Add(PointsCall* call);
-  void Remove(PointsCall* call);
-  // Ends all calls, and refuses new ones.
-  void Stop();
-
- private:
-  Mutex mutex_;
-  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  std::set<PointsCall*> calls_ ABSL_GUARDED_BY(mutex_);
-};
-
 // Answers one batch after another, and reads one batch ahead. So a caller that does not read its
 // answers delays only itself, and costs the memory of two batches and an answer. The memory of a
 // batch is charged before it is parsed, until it is answered. Small batches of the newest revision
 // are parsed and answered on gRPC's threads, others on a worker. Deletes itself in OnDone, which
 // gRPC calls after Finish, when no operation is under way.
-class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer> {
+class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
+                         private EndableStream {
  public:
-  // `facilities` and `calls` must outlive this; the context lives until OnDone.
-  PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities,
-             OpenPointsCalls* calls);
+  // `facilities` and `open` must outlive this; the context lives until OnDone.
+  PointsCall(grpc::CallbackServerContext* context, const Facilities* facilities, OpenStreams* open);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
   void OnCancel() override;
   void OnDone() override;
 
-  // Ends the call after the batch that is being answered.
-  void End(const absl::Status& status);
-
  private:
   // The next step, which the thread that changed the state must do.
   enum class Step { kNothing, kTakeBatch, kFinish };
+
+  void EndSoon() override { End(ServerStops()); }
+  // Ends the call after the batch that is being answered.
+  void End(const absl::Status& status);
 
   // Changes the state under the lock. Returns the next step.
   Step Change(absl::FunctionRef<void()> change);
@@ -112,7 +92,7 @@ class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   absl::Status Pin();
 
   const Facilities* const facilities_;
-  OpenPointsCalls* const calls_;
+  OpenStreams* const open_;
   CallContext context_;
   CallTicket& ticket_;  // of context_
   RevisionWait wait_;

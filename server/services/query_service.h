@@ -89,7 +89,7 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
   bool AsksObjectsOnly(const v1::QueryNearestRequest& request) const;
 
   const Facilities facilities_;
-  OpenPointsCalls points_calls_;
+  OpenStreams points_calls_;
 };
 
 }  // namespace hypermap::server

@@ -214,6 +214,18 @@ TEST_F(LateObservationsTest, SessionThatEndsRefusesThem) {
   EXPECT_EQ(site_.Observe(Sighting("b", 0, 0.5, {"sofa"})).outcome, ObservationOutcome::kAccepted);
 }
 
+TEST_F(LateObservationsTest, AreRefusedBeforeTheSessionEnds) {
+  std::promise<void> folding;
+  AfterFolds(100, [&] { folding.set_value(); });
+  auto waiting = site_.Submit({Sighting("b", 0, 0.5, {"sofa"})});
+  folding.get_future().wait();
+  site_.session().EndWaiting();
+  EXPECT_TRUE(absl::IsUnavailable(waiting.get().status()));
+  // Others go on.
+  EXPECT_EQ(site_.Observe(Sighting("a", kEntries, kEntries, {"cup"})).outcome,
+            ObservationOutcome::kAccepted);
+}
+
 // The streams of several robots, each in order and with gaps of any length between them.
 TEST_F(LateObservationsTest, AnyDelayOfAnyRobotShowsTheSame) {
   const uint64_t seed = hypermap::testing::TestSeed();

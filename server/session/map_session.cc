@@ -328,9 +328,15 @@ absl::StatusOr<std::vector<RobotClocks::Robot>> MapSession::ReadRobotClocks() {
   return robots;
 }
 
-void MapSession::Close() {
-  // First, so that watches and calls that wait for a revision end while the writer finishes.
+void MapSession::EndWaiting() {
   feed_.Close();
+  const MutexLock lock(&queue_mutex_);
+  refuses_late_ = true;
+  queue_changed_.NotifyOne();
+}
+
+void MapSession::Close() {
+  EndWaiting();
   {
     MutexLock lock(&queue_mutex_);
     closing_ = true;
@@ -354,10 +360,7 @@ void MapSession::RunWriter() {
     MaintainMap();
     WorkOnLate();
   }
-  for (LateObservations::Waiting& waiting : late_->TakeAll()) {
-    std::move(waiting.done)(
-        absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing")));
-  }
+  RefuseLate();
   if (is_broken_) return;
   // So that the next start need not fold long logs again.
   fusion_->KeepCheckpoints();
@@ -441,15 +444,32 @@ bool MapSession::SetAside(Queued<ObservationSubmission, VerdictsCallback>& queue
   return false;
 }
 
+void MapSession::RefuseLate() {
+  for (LateObservations::Waiting& waiting : late_->TakeAll()) {
+    {
+      const MutexLock lock(&queue_mutex_);
+      late_load_.Remove(waiting.submission.client, waiting.bytes);
+    }
+    std::move(waiting.done)(
+        absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing")));
+  }
+}
+
 void MapSession::WorkOnLate() {
   if (late_->empty()) return;
+  bool refuses = false;
+  {
+    const MutexLock lock(&queue_mutex_);
+    refuses = refuses_late_;
+  }
+  if (refuses) return RefuseLate();
   const SteadyTime start = SteadyTime::Now();
   std::vector<LateObservations::Waiting> ready = late_->Work(*snapshot(), [&] {
     const absl::Duration passed = SteadyTime::Now() - start;
     if (passed >= kMaxLateWork) return true;
     if (passed < last_commit_took_) return false;
     const MutexLock lock(&queue_mutex_);
-    return closing_ || !queue_.empty();
+    return refuses_late_ || !queue_.empty();
   });
   evidence_.Add(fusion_->bytes() - evidence_.bytes());
   if (ready.empty()) return;

@@ -151,6 +151,9 @@ class MapSession {
   // are open. Errors as StoredMap::OpenCheck, MapCheck::Run and Submit.
   absl::StatusOr<CheckReport> Check();
 
+  // Ends what may wait long, before Close: closes the feed, so that watches and calls that wait for
+  // a revision end, and refuses late observations with UNAVAILABLE.
+  void EndWaiting();
   // Refuses new submissions, finishes and answers the accepted ones, and closes the stored map.
   // Must be called by one thread at a time; a second call does nothing.
   void Close();
@@ -195,8 +198,10 @@ class MapSession {
   void RunTasks();
   // Whether the submission waits in late_ now, which has taken it.
   bool SetAside(Queued<ObservationSubmission, VerdictsCallback>& queued);
-  // Folds late observations in advance for a short time, and commits those that are ready.
+  // Folds late observations in advance for a short time, and commits those that are ready; or
+  // refuses all of them.
   void WorkOnLate();
+  void RefuseLate();
   // Writes, publishes and answers a group.
   void Finish(GroupCommit& group);
   // Stores the mark, if there is one. A failure is logged; the next commit needs another mark.
@@ -248,6 +253,7 @@ class MapSession {
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
   QueueLoad late_load_ ABSL_GUARDED_BY(queue_mutex_);  // of late_
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
+  bool refuses_late_ ABSL_GUARDED_BY(queue_mutex_) = false;
   absl::Status problem_ ABSL_GUARDED_BY(queue_mutex_);
 
   std::thread writer_;

@@ -118,7 +118,8 @@ absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string&
     HYPERMAP_ASSIGN_OR_RETURN(set_aside, SetForeignLogAside(path, witness));
   }
   Opened opened;
-  HYPERMAP_ASSIGN_OR_RETURN(opened.database, OpenMapFile(path, options));
+  HYPERMAP_ASSIGN_OR_RETURN(OpenMap file, OpenMapFile(path, options));
+  opened.database = std::move(file.database);
   Database* const database = opened.database.get();
   absl::StatusOr<MapMetadata> metadata = ReadMetadata(database);
   if (!metadata.ok()) return AsDamage(metadata.status());
@@ -134,6 +135,11 @@ absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string&
   opened.metadata = *std::move(metadata);
   opened.witness = history->witness;
   opened.notes = std::move(history->notes);
+  if (!file.older_copy.empty()) {
+    opened.notes.push_back(
+        absl::StrCat("the file had an older schema, and was migrated; as it was, it is kept as ",
+                     file.older_copy));
+  }
   if (set_aside) {
     opened.notes.push_back(
         absl::StrCat("the write-ahead log beside the file belongs to another file, and was renamed "

@@ -74,10 +74,26 @@ absl::Status LimitSize(Database* database, int64_t max_bytes) {
       absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / *page_size)));
 }
 
-// Checks the file itself before its content, so that the error names the first cause.
-absl::Status Prepare(Database* database, int64_t size, bool has_log,
-                     const GeoPackageOptions& options) {
-  HYPERMAP_RETURN_IF_ERROR(ReadSchemaVersion(database).status());
+// Writes `copy`, in place of an earlier one. Without memory of its own, for files of any size.
+absl::Status KeepCopy(Database* database, const std::string& copy) {
+  const std::string temporary = copy + ".new";
+  absl::Status status = RemoveMapFile(temporary);
+  if (status.ok()) status = database->Run("VACUUM INTO ?", temporary);
+  if (status.ok()) status = RemoveFile(copy);
+  if (status.ok()) status = PublishFile(temporary, copy);
+  if (status.ok()) return status;
+  RemoveMapFile(temporary).IgnoreError();
+  return absl::Status(status.code(),
+                      absl::StrCat("the file has an older schema, and can't be copied "
+                                   "before it is migrated: ",
+                                   status.message()));
+}
+
+// Checks the file itself before its content, so that the error names the first cause. A file of an
+// older version is copied before it is migrated, unless `copy` is null; `copy` gets the name.
+absl::Status Prepare(Database* database, const std::string& path, int64_t size, bool has_log,
+                     const GeoPackageOptions& options, std::string* copy) {
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));
   if (sqlite3_db_readonly(database->handle(), "main") != 0) {
     return absl::FailedPreconditionError("the file is read-only");
   }
@@ -86,10 +102,26 @@ absl::Status Prepare(Database* database, int64_t size, bool has_log,
     HYPERMAP_RETURN_IF_ERROR(RunCheck(database, "PRAGMA quick_check(1)"));
   }
   HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database));
+  if (version < kSchemaVersion && copy != nullptr) {
+    *copy = OlderCopyOf(path, version);
+    HYPERMAP_RETURN_IF_ERROR(KeepCopy(database, *copy));
+  }
   HYPERMAP_RETURN_IF_ERROR(MigrateSchema(database, kSchemaVersion, ReleasedMigrations()));
   HYPERMAP_RETURN_IF_ERROR(VerifySchema(database));
   HYPERMAP_RETURN_IF_ERROR(WriteAhead(database));
   return LimitSize(database, options.max_map_bytes);
+}
+
+absl::StatusOr<std::unique_ptr<Database>> OpenAndMigrate(const std::string& path,
+                                                         const GeoPackageOptions& options,
+                                                         std::string* copy) {
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t size, SizeOfFile(path));
+  const bool has_log = PathExists(LogPathOf(path));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<Database> database,
+      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
+  HYPERMAP_RETURN_IF_ERROR(Prepare(database.get(), path, size, has_log, options, copy));
+  return database;
 }
 
 absl::StatusOr<std::optional<uint64_t>> ReadIncarnationOfFileAlone(const std::string& path) {
@@ -130,15 +162,14 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
   return status;
 }
 
-absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
-                                                      const GeoPackageOptions& options) {
-  HYPERMAP_ASSIGN_OR_RETURN(const int64_t size, SizeOfFile(path));
-  const bool has_log = PathExists(LogPathOf(path));
-  HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<Database> database,
-      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
-  HYPERMAP_RETURN_IF_ERROR(Prepare(database.get(), size, has_log, options));
-  return database;
+absl::StatusOr<OpenMap> OpenMapFile(const std::string& path, const GeoPackageOptions& options) {
+  OpenMap map;
+  HYPERMAP_ASSIGN_OR_RETURN(map.database, OpenAndMigrate(path, options, &map.older_copy));
+  return map;
+}
+
+std::string OlderCopyOf(const std::string& path, int64_t version) {
+  return absl::StrCat(path, ".schema-", version);
 }
 
 absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& options) {
@@ -152,7 +183,8 @@ absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& op
   if (absl::IsDataLoss(version.status())) return absl::OkStatus();
   HYPERMAP_RETURN_IF_ERROR(version.status());
   // Closing the connection moves the log into the file.
-  return *version == kSchemaVersion ? absl::OkStatus() : OpenMapFile(path, options).status();
+  return *version == kSchemaVersion ? absl::OkStatus()
+                                    : OpenAndMigrate(path, options, nullptr).status();
 }
 
 absl::Status MarkRestored(const std::string& path, const std::string& request_id,

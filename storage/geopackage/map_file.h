@@ -22,15 +22,22 @@ namespace hypermap::storage {
 absl::Status CreateMapFile(const std::string& path, const std::string& temporary,
                            const MapHeader& header, const GeoPackageOptions& options);
 
+struct OpenMap {
+  std::unique_ptr<Database> database;
+  std::string older_copy;  // of the file as it was before it was migrated; empty if it was not
+};
 // Opens a map's file for writing, checks it, migrates it to the newest schema version and sets
-// write-ahead logging. FAILED_PRECONDITION when the file is not a map, has a newer version or is
-// read-only; DATA_LOSS when it is damaged.
-absl::StatusOr<std::unique_ptr<Database>> OpenMapFile(const std::string& path,
-                                                      const GeoPackageOptions& options);
+// write-ahead logging. Before it migrates it keeps a copy, OlderCopyOf. FAILED_PRECONDITION when
+// the file is not a map, has a newer version or is read-only; DATA_LOSS when it is damaged;
+// RESOURCE_EXHAUSTED when the disk has no room for the copy.
+absl::StatusOr<OpenMap> OpenMapFile(const std::string& path, const GeoPackageOptions& options);
 
-// Migrates a map's file to the newest schema version, if it is older, and leaves no log beside it.
-// A file that does not tell its version stays as it is. FAILED_PRECONDITION when the file is not a
-// map or has a newer version. REQUIRES: no connection has the file open.
+// The name of the copy of a map's file of an older schema version.
+std::string OlderCopyOf(const std::string& path, int64_t version);
+
+// Migrates a map's file to the newest schema version, if it is older, and leaves neither a log nor
+// a copy beside it. A file that does not tell its version stays as it is. FAILED_PRECONDITION when
+// the file is not a map or has a newer version. REQUIRES: no connection has the file open.
 absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& options);
 
 // Makes a map's file one that the request has created and that is complete, and leaves no log

@@ -1,6 +1,8 @@
 #include "storage/geopackage/schema.h"
 
 #include <cstdint>
+#include <filesystem>
+#include <fstream>
 #include <map>
 #include <string>
 #include <utility>
@@ -12,12 +14,14 @@
 #include "gtest/gtest.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
+#include "storage/geopackage/map_file.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {
 namespace {
 
+using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
 // The first batch of every golden file, and the whole of testdata/map_v1.sql and map_v2.sql.
@@ -211,13 +215,35 @@ TEST_P(GoldenMapTest, C5GetsAnIncarnationThatStays) {
     EXPECT_FALSE((*map)->header().provisional);
     EXPECT_NE(incarnation, 0u);
     EXPECT_NE(incarnation, kGoldenIncarnation);
-    // A file of an older version had none that it could lose.
-    EXPECT_EQ((*map)->opening_notes().size(), GetParam() < 6 ? 0u : 1u);
+    // A file of an older version had none that it could lose, but was migrated.
+    EXPECT_THAT((*map)->opening_notes(),
+                ElementsAre(HasSubstr(GetParam() < 6 ? "was migrated" : "incarnation")));
   }
   auto again = store->Open("golden");
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ((*again)->header().incarnation, incarnation);
   EXPECT_TRUE((*again)->opening_notes().empty());
+}
+
+TEST_P(GoldenMapTest, FileOfAnOlderVersionIsKept) {
+  const testing::TemporaryFolder folder;
+  MakeGolden(folder / "golden.gpkg", GetParam());
+  const std::string copy = OlderCopyOf(folder / "golden.gpkg", GetParam());
+  // Of an earlier attempt.
+  std::ofstream(copy) << "old";
+  ASSERT_TRUE(OpenStore(folder.path())->Open("golden").ok());
+  if (GetParam() == kSchemaVersion) return;
+  {
+    const auto database = Connect(copy);
+    EXPECT_EQ(*ReadSchemaVersion(database.get()), GetParam());
+  }
+  EXPECT_FALSE(std::filesystem::exists(copy + ".new"));
+  // It takes the place of the file again, for the older program; here for this one.
+  std::filesystem::rename(copy, folder / "golden.gpkg");
+  const auto store = OpenStore(folder.path());
+  auto map = store->Open("golden");
+  ASSERT_TRUE(map.ok()) << map.status();
+  ExpectSame(**(*map)->Load(), *GoldenSnapshots(GetParam()).back());
 }
 
 TEST(GoldenMap, IncarnationIsRead) {
