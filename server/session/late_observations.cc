@@ -15,6 +15,10 @@ constexpr int64_t kFewEntries = 64;
 constexpr int64_t kNearEntries = 4096;
 // Observations of a portion: one commit judges and stores them all.
 constexpr size_t kMaxPortion = 256;
+// A work begins when no other late observations have come for kPause, or one has waited for
+// kMaxPause. When a server restarts, robots come back within a second.
+constexpr absl::Duration kPause = absl::Milliseconds(100);
+constexpr absl::Duration kMaxPause = absl::Milliseconds(500);
 
 bool HasGone(const ObservationSubmission& submission) {
   return submission.cancellation && submission.cancellation->LookNow();
@@ -46,6 +50,13 @@ bool LateObservations::TakeIfLate(const Snapshot& snapshot, Waiting& waiting) {
   waiting_.push_back(
       {std::move(waiting), entries > kNearEntries ? Lane::kFar : Lane::kNear, is_late});
   return true;
+}
+
+absl::Duration LateObservations::UntilWork() const {
+  if (is_working()) return absl::ZeroDuration();
+  if (waiting_.empty()) return absl::InfiniteDuration();
+  const SteadyTime now = SteadyTime::Now();
+  return std::min(waiting_.back().since + kPause - now, waiting_.front().since + kMaxPause - now);
 }
 
 void LateObservations::Gather(Lane lane) {
@@ -127,6 +138,7 @@ std::vector<LateObservations::Waiting> LateObservations::WorkFor(Lane lane,
 
 std::vector<LateObservations::Waiting> LateObservations::Work(const Snapshot& snapshot,
                                                               absl::FunctionRef<bool()> stop) {
+  if (UntilWork() > absl::ZeroDuration()) return {};
   const Portion& far = portion(Lane::kFar);
   // A commit of near ones makes the far ones begin again from there. So none begins while the far
   // ones have come so far.

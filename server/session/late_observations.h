@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "absl/functional/function_ref.h"
+#include "absl/time/time.h"
+#include "base/sync/steady_time.h"
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
 #include "server/session/group_commit.h"
@@ -42,7 +44,10 @@ class LateObservations {
   // Takes a submission if it must wait; returns whether it did.
   bool TakeIfLate(const Snapshot& snapshot, Waiting& waiting);
 
-  bool empty() const { return waiting_.empty() && lanes_[0].empty() && lanes_[1].empty(); }
+  bool empty() const { return waiting_.empty() && !is_working(); }
+  // The time until there is something to do; infinite if nothing waits. A work begins only when no
+  // others have come for a while, because it costs hardly more for many than for one.
+  absl::Duration UntilWork() const;
 
   // Folds in advance for one of the two works, until `stop`, which is asked after each entry of a
   // log, returns true. Returns the submissions to commit now, as one group and in this order: those
@@ -59,6 +64,7 @@ class LateObservations {
     Waiting waiting;
     Lane lane = Lane::kNear;
     bool is_late = true;  // false: it waits only for an earlier one of its robot
+    SteadyTime since = SteadyTime::Now();
   };
   // The submissions for which one work is done, all of one layer; empty if there is none.
   struct Portion {
@@ -69,6 +75,7 @@ class LateObservations {
     bool empty() const { return submissions.empty(); }
   };
 
+  bool is_working() const { return !lanes_[0].empty() || !lanes_[1].empty(); }
   static std::set<Robot> RobotsOf(const ObservationSubmission& submission);
   Portion& portion(Lane lane) { return lanes_[static_cast<int>(lane)]; }
   // Begins a portion with submissions that wait for the lane.

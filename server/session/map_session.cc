@@ -368,10 +368,10 @@ void MapSession::RunWriter() {
 }
 
 std::optional<std::vector<MapSession::QueuedSubmission>> MapSession::TakeSubmissions() {
-  const absl::Duration wait = UntilMaintenance();
+  const absl::Duration wait = std::min(UntilMaintenance(), late_->UntilWork());
   MutexLock lock(&queue_mutex_);
   // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
-  if (queue_.empty() && !closing_ && wait > absl::ZeroDuration() && late_->empty()) {
+  if (queue_.empty() && !closing_ && wait > absl::ZeroDuration()) {
     queue_changed_.WaitFor(&queue_mutex_, std::min(wait, kMaxWait));
   }
   if (queue_.empty() && closing_) return std::nullopt;
