@@ -28,13 +28,15 @@ absl::Status RestoreCall::Take(v1::RestoreMapRequest message) {
     HYPERMAP_RETURN_IF_ERROR(context_.EnterMap(header_->map()));
     HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(header_->request_id()));
     file_.emplace(facilities_->scratch_dir);
-    stream_.open(file_->path(), std::ios::binary);
-    return absl::OkStatus();
+    return Append("");  // makes the file, if no data come
   }
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
-  const auto size = static_cast<int64_t>(message.data().size());
-  HYPERMAP_RETURN_IF_ERROR(charge_.Add(size));
-  if (stream_.write(message.data().data(), size).flush()) return absl::OkStatus();
+  return Append(message.data());
+}
+
+absl::Status RestoreCall::Append(absl::string_view data) {
+  HYPERMAP_RETURN_IF_ERROR(charge_.Add(static_cast<int64_t>(data.size())));
+  if (file_->Append(data)) return absl::OkStatus();
   return absl::ResourceExhaustedError("the file can't be kept: is the server's disk full?");
 }
 
@@ -44,7 +46,7 @@ absl::Status RestoreCall::CarryOut() {
   const ScopedCancellation here(&cancellation);
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (!header_) return absl::InvalidArgumentError("the first message must carry the header");
-  stream_.close();
+  file_->Close();
   HYPERMAP_RETURN_IF_ERROR(CheckFile());
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   HYPERMAP_ASSIGN_OR_RETURN(
@@ -66,7 +68,6 @@ absl::Status RestoreCall::CheckFile() {
 }
 
 void RestoreCall::RemoveFiles() {
-  stream_.close();
   file_.reset();
   charge_.GiveBack();
 }

@@ -6,10 +6,10 @@
 #include <grpcpp/support/byte_buffer.h>
 
 #include <cstdint>
-#include <fstream>
 #include <optional>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "base/admission/budget.h"
 #include "hypermap/v1/catalog_service.pb.h"
 #include "server/rpc/facilities.h"
@@ -33,13 +33,14 @@ class RestoreCall final : public UploadCall<v1::RestoreMapRequest, v1::RestoreMa
   int64_t items() const override { return response_.map().layer_count(); }
   void RemoveFiles() override;
 
+  // RESOURCE_EXHAUSTED beyond --max_scratch_bytes or if the disk is full.
+  absl::Status Append(absl::string_view data);
   // FAILED_PRECONDITION if the file is not a map; DATA_LOSS with the first finding.
   absl::Status CheckFile();
 
   v1::RestoreMapResponse response_;
   std::optional<v1::RestoreHeader> header_;
   std::optional<ScratchFile> file_;
-  std::ofstream stream_;  // to the file
   admission::Budget::Charge charge_;
 };
 

@@ -1,6 +1,7 @@
 #include "server/services/uploaded_files.h"
 
 #include <algorithm>
+#include <fstream>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -39,7 +40,7 @@ absl::Status UploadedFiles::Append(const std::string& file_name, const std::stri
   }
   HYPERMAP_RETURN_IF_ERROR(charge_.Add(size));
   files_.back().size += size;
-  if (last_.write(piece.data(), size).flush()) return absl::OkStatus();
+  if (files_.back().scratch->Append(piece)) return absl::OkStatus();
   return absl::ResourceExhaustedError(
       absl::StrCat("chunk of ", file_name, " can't be kept: is the server's disk full?"));
 }
@@ -55,21 +56,18 @@ absl::Status UploadedFiles::Open(const std::string& file_name) {
     return absl::InvalidArgumentError(
         absl::StrCat("the pieces of ", file_name, " must follow each other"));
   }
+  if (!files_.empty()) files_.back().scratch->Close();
   files_.push_back({file_name, std::make_unique<ScratchFile>(facilities_.scratch_dir)});
-  last_.close();
-  last_.clear();
-  last_.open(files_.back().scratch->path(), std::ios::binary);
   return absl::OkStatus();
 }
 
 void UploadedFiles::Remove() {
-  last_.close();
   files_.clear();
   charge_.GiveBack();
 }
 
 absl::StatusOr<std::vector<storage::NamedFile>> UploadedFiles::Read() {
-  last_.close();
+  if (!files_.empty()) files_.back().scratch->Close();
   std::vector<storage::NamedFile> read;
   for (const File& file : files_) {
     std::string data(file.size, '\0');

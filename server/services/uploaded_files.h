@@ -3,7 +3,6 @@
 #define HYPERMAP_SERVER_SERVICES_UPLOADED_FILES_H_
 
 #include <cstdint>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -50,8 +49,7 @@ class UploadedFiles {
 
   const Facilities& facilities_;
   admission::Budget::Charge charge_;
-  std::vector<File> files_;
-  std::ofstream last_;  // the file to which pieces are appended
+  std::vector<File> files_;  // pieces are appended to the last
 };
 
 }  // namespace hypermap::server

@@ -40,8 +40,9 @@ bool LateObservations::TakeIfLate(const Snapshot& snapshot, Waiting& waiting) {
   // The commit finds the error again.
   const int64_t entries =
       fusion_->EntriesToFold(snapshot, submission.layer, submission.observations).value_or(0);
-  const std::set<Robot> robots = RobotsOf(submission);
   const bool is_late = entries > kFewEntries;
+  if (!is_late && robots_.empty()) return false;
+  const std::set<Robot> robots = RobotsOf(submission);
   const bool must_wait = is_late || std::any_of(robots.begin(), robots.end(), [&](const Robot& r) {
                            return robots_.count(r) > 0;
                          });

@@ -281,7 +281,8 @@ absl::Status Site::CheckGone(const std::string& map, const std::string& request_
                    "\"; the present one was made since and is not deleted"));
 }
 
-absl::StatusOr<bool> Site::TakeOut(const std::string& map, uint64_t incarnation) {
+absl::StatusOr<bool> Site::TakeOut(const std::string& map, uint64_t incarnation,
+                                   const absl::Status& meanwhile) {
   std::shared_ptr<MapSession> session;
   bool was_without_room = false;
   {
@@ -292,7 +293,11 @@ absl::StatusOr<bool> Site::TakeOut(const std::string& map, uint64_t incarnation)
     }
     HYPERMAP_RETURN_IF_ERROR(CheckIncarnation(WithProblem(it->second), incarnation));
     session = std::move(it->second.session);
-    maps_.erase(it);
+    if (meanwhile.ok()) {
+      maps_.erase(it);
+    } else {
+      it->second = {map, nullptr, meanwhile};
+    }
     was_without_room = without_room_.erase(map) > 0;
     ++num_changing_;
   }
@@ -313,7 +318,8 @@ void Site::PutBack(const std::string& map, bool without_room) {
 
 absl::Status Site::DeleteReserved(const std::string& map, const std::string& request_id,
                                   uint64_t incarnation) {
-  HYPERMAP_ASSIGN_OR_RETURN(const bool was_without_room, TakeOut(map, incarnation));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool was_without_room,
+                            TakeOut(map, incarnation, absl::OkStatus()));
   absl::Status status = store_->Delete(map, request_id);
   if (status.ok()) {
     MutexLock lock(&mutex_);
@@ -350,7 +356,10 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Restore(const Restoration& res
   }
   bool without_room = false;
   if (exists) {
-    HYPERMAP_ASSIGN_OR_RETURN(without_room, TakeOut(map, restoration.incarnation));
+    // UNAVAILABLE, so that its clients come again.
+    HYPERMAP_ASSIGN_OR_RETURN(without_room,
+                              TakeOut(map, restoration.incarnation,
+                                      absl::UnavailableError("it is being replaced by a backup")));
   } else {
     HYPERMAP_RETURN_IF_ERROR(BeginCreation(map));
   }

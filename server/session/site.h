@@ -88,9 +88,10 @@ class Site {
     uint64_t incarnation = 0;  // of the map to replace; 0 is any
   };
   // Makes a file a map, in place of the one of its name, which is deleted, also one that is not
-  // open. The map is another incarnation. If the same request has restored the map before, it is
-  // returned as it is. ALREADY_EXISTS if there is a map that is not to be replaced; ABORTED as
-  // Delete; RESOURCE_EXHAUSTED as Create; errors as MapStore::Restore and Find.
+  // open; UNAVAILABLE is its problem meanwhile. The map is another incarnation. If the same request
+  // has restored the map before, it is returned as it is. ALREADY_EXISTS if there is a map that is
+  // not to be replaced; ABORTED as Delete; RESOURCE_EXHAUSTED as Create; errors as
+  // MapStore::Restore and Find.
   absl::StatusOr<std::shared_ptr<MapSession>> Restore(const Restoration& restoration);
 
   // As MapStore::RemoveOldTrash, by the server's clock.
@@ -128,9 +129,11 @@ class Site {
   absl::Status CheckGone(const std::string& map, const std::string& request_id) const;
   absl::Status DeleteReserved(const std::string& map, const std::string& request_id,
                               uint64_t incarnation);
-  // Takes a map off the list, counts it as changing, and closes it. Returns whether it was not open
-  // for want of room. NOT_FOUND, ABORTED.
-  absl::StatusOr<bool> TakeOut(const std::string& map, uint64_t incarnation);
+  // Takes a map off the list, counts it as changing, and closes it. If `meanwhile` is not OK, the
+  // map stays on the list with this problem until PutBack. Returns whether it was not open for want
+  // of room. NOT_FOUND, ABORTED.
+  absl::StatusOr<bool> TakeOut(const std::string& map, uint64_t incarnation,
+                               const absl::Status& meanwhile);
   // Lists a map again that was taken out, or one that a restoration has put in its place, and
   // counts it no more as changing.
   void PutBack(const std::string& map, bool without_room);

@@ -6,6 +6,7 @@
 #include <future>
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "base/sync/mutex.h"
@@ -249,12 +250,29 @@ TEST_F(SiteTest, DeletionWaitsForWhatWasAccepted) {
   disk_.Hold();
   auto promise = std::make_shared<std::promise<absl::StatusOr<storage::Receipt>>>();
   session->Submit({{{CreateLayer{{"things"}}}}, "test", ""},
-                  [promise](absl::StatusOr<storage::Receipt> r) { promise->set_value(r); });
+                  [promise](const absl::StatusOr<storage::Receipt>& r) { promise->set_value(r); });
   disk_.AwaitHeldWrite();
   auto deletion = std::async(std::launch::async, [&] { return site_->Delete("office", ""); });
   disk_.Release();
   EXPECT_TRUE(deletion.get().ok());
   EXPECT_TRUE(promise->get_future().get().ok());
+}
+
+TEST_F(SiteTest, MapThatIsBeingReplacedIsUnavailableAndNotGone) {
+  ASSERT_TRUE(Create("office").ok());
+  disk_.Hold();
+  (*site_->Find("office"))->Submit({{{CreateLayer{{"things"}}}}, "test", ""}, [](const auto&) {});
+  disk_.AwaitHeldWrite();
+  auto restoration = std::async(std::launch::async, [&] {
+    return site_->Restore({"office", "a.gpkg", true});
+  });
+  while (site_->Find("office").ok()) std::this_thread::yield();
+  EXPECT_TRUE(absl::IsUnavailable(site_->Find("office").status()));
+  EXPECT_THAT(Names(), ElementsAre("office"));
+  disk_.Release();
+  // This store can't restore, so that the map is still there.
+  EXPECT_TRUE(absl::IsUnimplemented(restoration.get().status()));
+  EXPECT_TRUE(site_->Find("office").ok());
 }
 
 constexpr char kReplaced[] = "the file of the map was replaced while the map was open";

@@ -60,6 +60,7 @@ ALL = [
     Attack("B10", large_requests.many_maps, refusal="RESOURCE_EXHAUSTED --max_maps",
            max_threads=90),
     Attack("B11", files.unread_backups, refusal="RESOURCE_EXHAUSTED --max_scratch_bytes"),
+    Attack("restored-backups", files.restored_backups, refusal="DATA_LOSS"),
     Attack("slow-readers", connections.slow_readers),
     Attack("random-bytes", connections.random_bytes),
     Attack("endless-streams", floods.endless_streams),

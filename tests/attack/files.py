@@ -16,6 +16,7 @@ import http2
 from site_under_attack import PREY, client_stream, unary
 
 _IMPORT = "CatalogService/ImportMap"
+_RESTORE = "CatalogService/RestoreMap"
 _CHUNK_BYTES = 4 << 20
 
 
@@ -151,8 +152,8 @@ def _disk_bytes(site):
     return sum(sizes.values())
 
 
-def unread_backups(site):
-    """B11: 60 backups of a map of 40 MB that nobody reads."""
+def _write_noise(site):
+    """Writes 10 million cells to the attacked map that do not compress: 40 MB in its file."""
     side = 1000
     random = numpy.random.default_rng(1)
     with site.client() as client, site.channel() as channel:
@@ -167,6 +168,52 @@ def unread_backups(site):
             write.box.col_end = side
             write.values.extend(random.random(side * side))
             unary(channel, "EditService/ApplyEdits", request.SerializeToString(), 60).result()
+
+
+def restored_backups(site):
+    """A backup of 40 MB is restored again and again, whole and damaged, while maps are checked."""
+    _write_noise(site)
+    with site.client() as client:
+        backup = b"".join(message.data for message in client.BackupMap(map=PREY))
+    middle = len(backup) // 2
+    damaged = backup[:middle] + bytes(4096) + backup[middle + 4096:]
+
+    def requests(data, **header):
+        yield catalog_service_pb2.RestoreMapRequest(
+            header=catalog_service_pb2.RestoreHeader(**header)).SerializeToString()
+        for i in range(0, len(data), _CHUNK_BYTES):
+            yield catalog_service_pb2.RestoreMapRequest(
+                data=data[i:i + _CHUNK_BYTES]).SerializeToString()
+
+    def restore(channel):
+        site.tell_result(client_stream(
+            channel, _RESTORE, requests(backup, map=PREY, replace=True), 20))
+        site.tell_result(client_stream(channel, _RESTORE, requests(damaged, map="damaged"), 20))
+
+    def check(channel):
+        request = catalog_service_pb2.CheckMapRequest(map=PREY).SerializeToString()
+        if not site.tell_result(unary(channel, "CatalogService/CheckMap", request, 20)):
+            time.sleep(0.01)  # it is being replaced
+
+    def repeat(work):
+        with site.channel() as channel:
+            while site.attacking():
+                work(channel)
+
+    yield
+    threads = [threading.Thread(target=repeat, args=(work,)) for work in (restore, check)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    yield
+    assert site.told["OK"], "no backup was restored, and no map checked"
+    assert not any(told.startswith("NOT_FOUND") for told in site.told), "a replaced map was gone"
+
+
+def unread_backups(site):
+    """B11: 60 backups of a map of 40 MB that nobody reads."""
+    _write_noise(site)
     headers = http2.grpc_headers("CatalogService/BackupMap")
     body = http2.grpc_message(
         catalog_service_pb2.BackupMapRequest(map=PREY).SerializeToString())
