@@ -21,7 +21,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-slow-reader prove-
 
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
-.PHONY: package package-server deps-server test-packages
+.PHONY: api package package-server deps-server test-packages
 .PHONY: nightly attack prove $(PROOFS)
 
 help:
@@ -41,6 +41,7 @@ help:
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
 	@echo 'make gcc                   unit tests of a build by gcc, in build/gcc'
 	@echo 'make fuzz [SECONDS=60]     each fuzzer for SECONDS seconds (clang)'
+	@echo 'make api                   the API reference in docs/api, from the protos and the Python client'
 	@echo 'make format                clang-format on all sources'
 	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint'
 	@echo 'make deps                  installs missing Debian packages, grpcurl and buf'
@@ -163,6 +164,10 @@ fuzz: build/.deps-build
 	@cmake --preset fuzz $(CMAKE_ARGS)
 	@cmake --build build/fuzz --parallel $(JOBS) --target fuzzers
 	@tests/fuzz/run.sh build/fuzz/tests/fuzz $(or $(SECONDS),60)
+
+# The test docs.api_is_up_to_date fails if this would change anything.
+api: build/.deps-api
+	@/usr/bin/python3 -B tools/api_reference/generate.py
 
 format: build/.deps-lint
 	@tools/lint.sh --fix

@@ -8,6 +8,7 @@
 #                          Python, grpcurl
 #   tools/deps.sh web      protoc, to build the dashboard; only checks for Node and Go
 #   tools/deps.sh python   the packages that the virtual environments of the Python client need
+#   tools/deps.sh api      protoc and its Python runtime, which make the API reference
 #   tools/deps.sh lint     clang-format, clang-tidy, buf
 #   tools/deps.sh bench    the databases that `make bench PEERS=1` compares with the server
 #
@@ -38,6 +39,7 @@ packages_of() {
              python3-grpcio python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
     web)   echo protobuf-compiler ;;
     python) echo openssl python3-venv ;;
+    api)   echo protobuf-compiler python3-protobuf ;;
     lint)  echo clang-format-14 clang-tidy-14 ;;
     bench) echo libboost-dev libpq-dev libspatialite-dev postgresql-15 postgresql-15-postgis-3 ;;
     *)     echo "tools/deps.sh: no group '$1'" >&2; return 2 ;;

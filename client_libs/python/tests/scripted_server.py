@@ -13,14 +13,14 @@ from hypermap_client import _rpc
 from hypermap_client._proto._pool import POOL
 from hypermap_client._rpc import Rpc
 
-# A function from a request and the metadata of the call to a response, to a list of responses for
-# an RPC that streams them, or to a status code with which the call fails: alone, or with trailing
-# metadata.
+# A function from a request (or a list of all requests, for an RPC that streams them) and the
+# metadata of the call to a response, to a list of responses for an RPC that streams them, or to a
+# status code with which the call fails: alone, or with trailing metadata.
 Answer = Callable[[Any, dict[str, str]], Any]
 
 
 class ScriptedServer(grpc.GenericRpcHandler):
-    """Answers calls of RPCs with one request with the functions in `answers`."""
+    """Answers calls with the functions in `answers`."""
 
     def __init__(self, answers: dict[Rpc[Any, Any], Answer]) -> None:
         self._answers = {rpc.path: (rpc, answer) for rpc, answer in answers.items()}
@@ -41,6 +41,12 @@ class ScriptedServer(grpc.GenericRpcHandler):
             return iter(result) if method.server_streaming else result
 
         method = POOL.FindMethodByName(rpc.path.removeprefix("/").replace("/", "."))
+        if method.client_streaming:
+            return grpc.stream_unary_rpc_method_handler(
+                lambda requests, context: handle(list(requests), context),
+                rpc.request.FromString,
+                rpc.response.SerializeToString,
+            )
         make_handler = (
             grpc.unary_stream_rpc_method_handler
             if method.server_streaming

@@ -99,6 +99,12 @@ async def test_files(async_client: AsyncClient, site: str, tmp_path: pathlib.Pat
     assert answer.layers == ("things",)
     path = tmp_path / "copy.gpkg"
     assert await async_client.backup_map(site, path) == path.stat().st_size > 0
+    assert (await async_client.check_map(site)).is_intact
+    restored = await async_client.restore_map(f"{site}-copy", path)
+    assert restored.layer_count == 1
+    # Opens, but cannot be read.
+    with pytest.raises(OSError, match="Input/output error"):
+        await async_client.restore_map("some", "/proc/self/mem")
 
 
 async def test_a_watch(async_client: AsyncClient, things: str) -> None:

@@ -1,4 +1,4 @@
-"""Tests of maps, layers, transforms, interchange files and backups."""
+"""Tests of maps, layers, transforms, interchange files, backups and checks."""
 
 from __future__ import annotations
 
@@ -6,17 +6,24 @@ import math
 import pathlib
 import sqlite3
 from datetime import datetime, timedelta, timezone
+from typing import Any
 
+import grpc
 import numpy as np
 import pytest
 import shapely
+from scripted_server import scripted_server
 from server import OFFICE
 
 from hypermap_client import (
+    Aborted,
     AlreadyExists,
     CellRule,
+    CheckReport,
     Client,
+    FailedPrecondition,
     FileFormat,
+    Finding,
     GridGeometry,
     InvalidArgument,
     LayerKind,
@@ -30,7 +37,9 @@ from hypermap_client import (
     ShapeKind,
     Transform,
     WriteCells,
+    _rpc,
 )
+from hypermap_client._proto import catalog_service_pb2 as pb
 
 
 def test_the_life_cycle_of_a_map(client: Client) -> None:
@@ -171,3 +180,84 @@ def test_a_failed_backup_keeps_the_earlier_file(client: Client, tmp_path: pathli
         client.backup_map("nowhere", path)
     assert path.read_bytes() == b"earlier"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_backup_becomes_a_map_again(client: Client, site: str, tmp_path: pathlib.Path) -> None:
+    client.create_layer(site, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
+    path = tmp_path / "copy.gpkg"
+    client.backup_map(site, path)
+    client.delete_layer(site, "things")
+    before = client.get_map(site)
+
+    with pytest.raises(AlreadyExists, match=site):
+        client.restore_map(site, path)
+    with pytest.raises(Aborted, match=site):
+        client.restore_map(site, path, replace=True, incarnation=before.incarnation ^ 1)
+    assert client.get_map(site) == before
+
+    restored = client.restore_map(site, path, replace=True, request_id=f"restore {site}")
+    assert restored == client.get_map(site)
+    assert (restored.name, restored.layer_count) == (site, 1)
+    assert restored.incarnation != before.incarnation
+    # A repetition with the same id changes nothing.
+    again = client.restore_map(site, path, replace=True, request_id=f"restore {site}")
+    assert again.incarnation == restored.incarnation
+
+    copy = client.restore_map(f"{site}-copy", path)
+    assert (copy.name, copy.revision) == (f"{site}-copy", restored.revision)
+
+
+def test_a_file_that_is_not_a_map_is_not_restored(client: Client, tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "some.gpkg"
+    path.write_bytes(b"not a database" * 1000)
+    with pytest.raises(FailedPrecondition):
+        client.restore_map("some", path)
+    with pytest.raises(FileNotFoundError):
+        client.restore_map("some", tmp_path / "missing.gpkg")
+    # Opens, but cannot be read.
+    with pytest.raises(OSError, match="Input/output error"):
+        client.restore_map("some", "/proc/self/mem")
+    with pytest.raises(NotFound):
+        client.get_map("some")
+
+
+def test_each_attempt_to_restore_sends_the_whole_file(tmp_path: pathlib.Path) -> None:
+    path = tmp_path / "big.gpkg"
+    path.write_bytes(bytes(range(256)) * 10_000)  # three chunks
+    uploads = []
+
+    def answer(requests: list[pb.RestoreMapRequest], _metadata: dict[str, str]) -> Any:
+        uploads.append(requests)
+        if len(uploads) < 3:
+            return grpc.StatusCode.UNAVAILABLE
+        return pb.RestoreMapResponse(map=pb.Map(name="big", incarnation=2**64 - 1))
+
+    with scripted_server({_rpc.RESTORE_MAP: answer}) as address, Client(address) as client:
+        restored = client.restore_map("big", path, replace=True, incarnation=7)
+    assert (restored.name, restored.incarnation) == ("big", 2**64 - 1)
+    for first, *others in uploads:
+        header = first.header
+        assert (header.map, header.replace, header.incarnation) == ("big", True, 7)
+        assert b"".join(request.data for request in others) == path.read_bytes()
+        assert len(others) == 3
+    assert len({requests[0].header.request_id for requests in uploads}) == 1
+
+
+def test_an_intact_map_has_no_findings(client: Client, site: str) -> None:
+    client.create_layer(site, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
+    now = client.get_map(site)
+    report = client.check_map(site)
+    assert report == CheckReport(site, now.revision, (), incarnation=now.incarnation)
+    assert report.is_intact
+    with pytest.raises(NotFound, match="nowhere"):
+        client.check_map("nowhere")
+
+
+def test_findings_of_a_check() -> None:
+    found = pb.Finding(table="things", row="id 7", problem="no shape", can_be_rebuilt=True)
+    response = pb.CheckMapResponse(map="m", revision=4, findings=[found], more=2, incarnation=9)
+    with scripted_server({_rpc.CHECK_MAP: lambda *_: response}) as address:
+        with Client(address) as client:
+            report = client.check_map("m")
+    assert report == CheckReport("m", 4, (Finding("things", "id 7", "no shape", True),), 2, 9)
+    assert not report.is_intact

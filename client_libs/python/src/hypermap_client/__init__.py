@@ -35,7 +35,7 @@ from .answers import (
     PointsAnswer,
     PointsContent,
 )
-from .catalog import LayerList, MapEntry, TransformList
+from .catalog import CheckReport, Finding, LayerList, MapEntry, TransformList
 from .changes import Change, ChangeKind, Difference, Revision, RevisionList, WatchEvent
 from .credentials import Tls
 from .edits import (
@@ -120,6 +120,7 @@ __all__ = [
     "CellRuns",
     "Change",
     "ChangeKind",
+    "CheckReport",
     "Claim",
     "Client",
     "CreateLayer",
@@ -141,6 +142,7 @@ __all__ = [
     "FailedPrecondition",
     "FileFormat",
     "FillPolygon",
+    "Finding",
     "Frontier",
     "FrontierList",
     "Goal",

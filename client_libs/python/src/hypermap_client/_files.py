@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import pathlib
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from types import TracebackType
 from typing import TypeAlias
 
 from .interchange import FileFormat, NamedFile
 
+# A path of a file on disk.
 Path: TypeAlias = str | os.PathLike[str]
 # A file on disk or in memory.
 FileLike: TypeAlias = Path | NamedFile
@@ -47,6 +48,23 @@ def format_of(files: Iterable[NamedFile]) -> FileFormat:
     raise ValueError(
         f"cannot tell the format of {names} by their suffix; pass format=FileFormat..."
     )
+
+
+class FileChunks:
+    """The content of a file in chunks. Each iteration opens the file and reads it anew.
+
+    The constructor raises OSError if the file cannot be opened.
+    """
+
+    def __init__(self, path: Path, chunk_bytes: int) -> None:
+        self._path = pathlib.Path(path)
+        self._chunk_bytes = chunk_bytes
+        self._path.open("rb").close()
+
+    def __iter__(self) -> Iterator[bytes]:
+        with self._path.open("rb") as file:
+            while data := file.read(self._chunk_bytes):
+                yield data
 
 
 class AtomicFile:

@@ -53,6 +53,8 @@ LIST_TRANSFORMS = _rpc(
 IMPORT_MAP = _rpc("CatalogService", catalog.ImportMapRequest, catalog.ImportMapResponse)
 EXPORT_MAP = _rpc("CatalogService", catalog.ExportMapRequest, catalog.ExportMapResponse)
 BACKUP_MAP = _rpc("CatalogService", catalog.BackupMapRequest, catalog.BackupMapResponse)
+CHECK_MAP = _rpc("CatalogService", catalog.CheckMapRequest, catalog.CheckMapResponse)
+RESTORE_MAP = _rpc("CatalogService", catalog.RestoreMapRequest, catalog.RestoreMapResponse)
 
 QUERY_POINT = _rpc("QueryService", query.QueryPointRequest, query.QueryPointResponse)
 QUERY_POINTS = _rpc("QueryService", query.QueryPointsRequest, query.QueryPointsResponse)

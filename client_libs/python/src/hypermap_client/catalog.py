@@ -1,4 +1,4 @@
-"""Maps and the lists of their layers and frames."""
+"""Maps, the lists of their layers and frames, and checks of their files."""
 
 from __future__ import annotations
 
@@ -67,3 +67,42 @@ class TransformList:
     frame_id: str
     transforms: tuple[Transform, ...]
     incarnation: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """A problem that a check of a stored map has found.
+
+    table: the table or index; empty for the file as a whole.
+    row: the row, such as "id 7"; empty for no single row.
+    problem: description of the problem.
+    can_be_rebuilt: whether `hypermap check --repair` can make it again from the rest of the map,
+        without loss.
+    """
+
+    table: str
+    row: str
+    problem: str
+    can_be_rebuilt: bool
+
+
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """The result of a check of a stored map.
+
+    revision: the revision that was checked.
+    findings: the problems, at most 10,000; none for an intact map.
+    more: number of further findings.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
+    """
+
+    map: str
+    revision: int
+    findings: tuple[Finding, ...]
+    more: int = 0
+    incarnation: int = 0
+
+    @property
+    def is_intact(self) -> bool:
+        """Whether the check found no problem."""
+        return not self.findings

@@ -46,9 +46,11 @@ class Tls:
     ) -> Tls:
         """Reads certificates and key from PEM files.
 
-        ca: file of the root certificates. certificate, key: files of the client's certificate and
-        private key. Raises OSError if a file cannot be read, and ValueError if only one of
-        certificate and key is given.
+        ca: file of the root certificates.
+        certificate, key: files of the client's certificate and private key.
+
+        Raises OSError if a file cannot be read, and ValueError if only one of certificate and key
+        is given.
         """
 
         def read(path: str | os.PathLike[str] | None) -> bytes | None:

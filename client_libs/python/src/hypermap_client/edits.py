@@ -134,6 +134,7 @@ class SetTransform:
     parent_from_child: Pose
 
 
+# One change of a map.
 Edit: TypeAlias = (
     PutObject
     | DeleteObject

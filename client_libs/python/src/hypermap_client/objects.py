@@ -11,6 +11,7 @@ import shapely
 
 from .geometry import Shape, check_shape
 
+# The value of an attribute of an object.
 AttributeValue: TypeAlias = bool | int | float | str
 
 

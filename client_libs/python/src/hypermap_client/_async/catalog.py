@@ -1,4 +1,4 @@
-"""Calls for maps, layers, transforms, interchange files and backups."""
+"""Calls for maps, layers, transforms, interchange files, backups and checks."""
 
 from __future__ import annotations
 
@@ -6,15 +6,15 @@ from collections.abc import AsyncIterator, Iterable
 from typing import Literal
 
 from .. import _rpc as rpc
-from .._files import AtomicFile, FileLike, Path, format_of, read_files
+from .._files import AtomicFile, FileChunks, FileLike, Path, format_of, read_files
 from .._proto import catalog_service_pb2 as pb
 from .._requests import Layers, names_of, new_request_id
-from .._wire.catalog import decode_map
+from .._wire.catalog import decode_check_report, decode_map
 from .._wire.enums import encode_enum
 from .._wire.geometry import decode_transform, encode_transform
-from .._wire.interchange import collect_export, import_requests
+from .._wire.interchange import CHUNK_BYTES, RestoreRequests, collect_export, import_requests
 from .._wire.layers import decode_layer, encode_layer
-from ..catalog import LayerList, MapEntry, TransformList
+from ..catalog import CheckReport, LayerList, MapEntry, TransformList
 from ..geometry import Pose, Transform
 from ..interchange import ExportAnswer, FileFormat, ImportAnswer
 from ..layers import Layer, LayerSpec
@@ -22,7 +22,7 @@ from .connection import Connection
 
 
 class Catalog(Connection):
-    """Calls for maps, layers, transforms, interchange files and backups."""
+    """Calls for maps, layers, transforms, interchange files, backups and checks."""
 
     async def create_map(
         self,
@@ -268,3 +268,45 @@ class Catalog(Connection):
         request = pb.BackupMapRequest(map=map_name)
         async for message in self._stream(rpc.BACKUP_MAP, request, timeout):
             yield message.data
+
+    async def check_map(self, map_name: str, *, timeout: float | None = None) -> CheckReport:
+        """Checks the stored map as a whole: its pages, indexes, content, history and evidence.
+
+        The map stays in use, and nothing is changed. Problems are in the report; they raise no
+        error. The check reads the whole file of the map, so that a big map needs a longer timeout.
+        """
+        request = pb.CheckMapRequest(map=map_name)
+        return decode_check_report(await self._call(rpc.CHECK_MAP, request, timeout))
+
+    async def restore_map(
+        self,
+        map_name: str,
+        path: Path,
+        *,
+        replace: bool = False,
+        incarnation: int = 0,
+        request_id: str = "",
+        timeout: float | None = None,
+    ) -> MapEntry:
+        """Makes a backup a map, which is another incarnation, and returns it.
+
+        The server checks the file before it changes anything.
+
+        map_name: the name that the map gets, whatever its name was in the backup.
+        path: the file that `backup_map` has written.
+        replace: whether a map of that name is deleted; AlreadyExists otherwise.
+        incarnation: the incarnation of the map that is to be replaced; 0 for any.
+
+        Raises OSError if the file cannot be read, FailedPrecondition if it is not a map, DataLoss
+        with the first problem if it is damaged, and Aborted if the map that is to be replaced has
+        another incarnation than the given one, or does not exist.
+        """
+        chunks = FileChunks(path, CHUNK_BYTES)
+        header = pb.RestoreHeader(
+            map=map_name,
+            replace=replace,
+            request_id=request_id or new_request_id(),
+            incarnation=incarnation,
+        )
+        requests = RestoreRequests(header, chunks)
+        return decode_map((await self._upload(rpc.RESTORE_MAP, requests, timeout)).map)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any
 
 from .._io import aio
@@ -49,9 +49,12 @@ class Connection:
         return response
 
     async def _upload(
-        self, rpc: Rpc[RequestT, ResponseT], requests: list[RequestT], timeout: float | None
+        self, rpc: Rpc[RequestT, ResponseT], requests: Iterable[RequestT], timeout: float | None
     ) -> ResponseT:
-        """Makes a call with several requests and one response."""
+        """Makes a call with several requests and one response.
+
+        requests: a retry iterates over them again from the beginning.
+        """
         response: ResponseT = await self._retry(self._channel.upload, rpc, requests, timeout)
         return response
 

@@ -14,6 +14,7 @@ from .._rpc import RequestT, ResponseT, Rpc
 from ..credentials import Tls, Token
 from ..errors import Cancelled, Internal, Unavailable, error_of
 from .options import call_metadata, channel_credentials, channel_options
+from .uploads import Upload
 
 sleep = asyncio.sleep
 
@@ -62,16 +63,24 @@ class Channel:
     async def upload(
         self, rpc: Rpc[RequestT, ResponseT], requests: Iterable[RequestT], timeout: float | None
     ) -> ResponseT:
-        """Makes a call with a stream of requests and one response."""
+        """Makes a call with a stream of requests and one response.
+
+        Raises the error of the iteration over the requests, if there is one.
+        """
         call = self._channel.stream_unary(
             rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
+        upload = Upload(requests)
         try:
             response: ResponseT = await call(
-                iter(requests), timeout=timeout, metadata=call_metadata(self._token)
+                upload, timeout=timeout, metadata=call_metadata(self._token)
             )
-        except grpc.RpcError as failure:
-            raise error_of(failure) from None
+        except (grpc.RpcError, asyncio.CancelledError) as failure:
+            if upload.error is not None:
+                raise upload.error from None
+            if isinstance(failure, grpc.RpcError):
+                raise error_of(failure) from None
+            raise
         return response
 
     def download(

@@ -16,6 +16,7 @@ from .._rpc import RequestT, ResponseT, Rpc
 from ..credentials import Tls, Token
 from ..errors import Cancelled, Unavailable, error_of
 from .options import call_metadata, channel_credentials, channel_options
+from .uploads import Upload
 
 sleep = time.sleep
 
@@ -57,15 +58,19 @@ class Channel:
     def upload(
         self, rpc: Rpc[RequestT, ResponseT], requests: Iterable[RequestT], timeout: float | None
     ) -> ResponseT:
-        """Makes a call with a stream of requests and one response."""
+        """Makes a call with a stream of requests and one response.
+
+        Raises the error of the iteration over the requests, if there is one.
+        """
         call = self._channel.stream_unary(
             rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
+        upload = Upload(requests)
         try:
-            response: ResponseT = call(
-                iter(requests), timeout=timeout, metadata=call_metadata(self._token)
-            )
+            response: ResponseT = call(upload, timeout=timeout, metadata=call_metadata(self._token))
         except grpc.RpcError as failure:
+            if upload.error is not None:
+                raise upload.error from None
             raise error_of(failure) from None
         return response
 

@@ -1,9 +1,9 @@
-"""Conversion of the metadata of maps."""
+"""Conversion of the metadata of maps and of checks."""
 
 from __future__ import annotations
 
 from .._proto import catalog_service_pb2 as pb
-from ..catalog import MapEntry
+from ..catalog import CheckReport, Finding, MapEntry
 from .time import decode_time
 
 
@@ -17,3 +17,11 @@ def decode_map(message: pb.Map) -> MapEntry:
         problem=message.problem,
         incarnation=message.incarnation,
     )
+
+
+def decode_check_report(message: pb.CheckMapResponse) -> CheckReport:
+    findings = tuple(
+        Finding(found.table, found.row, found.problem, found.can_be_rebuilt)
+        for found in message.findings
+    )
+    return CheckReport(message.map, message.revision, findings, message.more, message.incarnation)

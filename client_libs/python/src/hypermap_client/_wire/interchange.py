@@ -1,4 +1,4 @@
-"""Conversion of interchange files to and from streams of messages."""
+"""Conversion of interchange files and backups to and from streams of messages."""
 
 from __future__ import annotations
 
@@ -9,6 +9,19 @@ from ..interchange import ExportAnswer, NamedFile
 
 # Size of the chunks in which files are uploaded.
 CHUNK_BYTES = 1 << 20
+
+
+class RestoreRequests:
+    """The header, then the chunks of a backup. Each iteration begins anew, for a retry."""
+
+    def __init__(self, header: pb.RestoreHeader, chunks: Iterable[bytes]) -> None:
+        self._header = header
+        self._chunks = chunks
+
+    def __iter__(self) -> Iterator[pb.RestoreMapRequest]:
+        yield pb.RestoreMapRequest(header=self._header)
+        for data in self._chunks:
+            yield pb.RestoreMapRequest(data=data)
 
 
 def import_requests(
