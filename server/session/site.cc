@@ -341,7 +341,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Restore(const Restoration& res
   HYPERMAP_RETURN_IF_ERROR(Reserve(map));
   const absl::Cleanup release = [&] { Release(map); };
 
-  const auto existing = Find(map);
+  auto existing = Find(map);
   const bool exists = !absl::IsNotFound(existing.status());
   const bool same_id = existing.ok() && !restoration.request_id.empty() &&
                        (*existing)->header().request_id == restoration.request_id;
