@@ -17,7 +17,7 @@ export CCACHE_NOHASHDIR ?= 1
 export CCACHE_SLOPPINESS ?= pch_defines,time_macros
 CTEST = ctest --output-on-failure --parallel $(JOBS)
 SANITIZED_TESTS ?= .
-PROOFS = prove-feed prove-asof prove-kill prove-replica prove-slow-reader prove-once
+PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow-reader prove-once
 
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
@@ -35,7 +35,7 @@ help:
 	@echo 'make bench [PEERS=1]       benchmarks, with PEERS also of PostGIS (SERVER_ARGS, ARGS=--help)'
 	@echo 'make prove                 long proofs of the promises about revisions, or one of them:'
 	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
-	@echo '                           prove-slow-reader, prove-once (ARGS=--help)'
+	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help)'
 	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
 	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times, attacks'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
@@ -43,7 +43,7 @@ help:
 	@echo 'make fuzz [SECONDS=60]     each fuzzer for SECONDS seconds (clang)'
 	@echo 'make api                   the API reference in docs/api, from the protos and the Python client'
 	@echo 'make format                clang-format on all sources'
-	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint'
+	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint, deploy/'
 	@echo 'make deps                  installs missing Debian packages, grpcurl and buf'
 	@echo 'make package               Debian packages in build/packages'
 	@echo 'make package-server        only that of the server, without PCL (make deps-server installs what it needs)'
@@ -81,6 +81,7 @@ package-server: build/.deps-server
 
 test-packages: package
 	@tests/packaging/run.sh build/packages
+	@tests/packaging/reproducible.sh
 
 dashboard: web
 	@build/bin/hypermap-gateway --server $(or $(SERVER),127.0.0.1:50051) \
@@ -174,6 +175,7 @@ format: build/.deps-lint
 
 lint: build build/.deps-lint
 	@tools/lint.sh $(SINCE)
+	@tools/lint_deploy.sh || [ $$? -eq 77 ]
 
 clean:
 	rm -rf build

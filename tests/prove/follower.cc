@@ -39,6 +39,7 @@ std::shared_ptr<client::Watcher> Follower::Open() {
   if (selection_.area) options.area = Polygon::FromBox(*selection_.area);
   options.classes.assign(selection_.classes.begin(), selection_.classes.end());
   options.start_revision = stretches_.back().reached;
+  options.incarnation = stretches_.back().incarnation;
   options.coalesce = coalesce_;
   auto watcher = std::make_shared<client::Watcher>(client_.Watch(kMap, options));
   const MutexLock lock(&mutex_);
@@ -63,13 +64,14 @@ absl::Status Follower::Run(const std::atomic<Revision>& last) {
       HYPERMAP_RETURN_IF_ERROR(Take(*event));
       continue;
     }
-    const absl::Status status = watcher->status();
+    absl::Status status = watcher->status();
     num_resumed_ += watcher->num_resumed();
     if (absl::IsCancelled(status)) {
       ++num_resumed_;
-    } else if (absl::IsOutOfRange(status) && stretches_.back().reached) {
-      // Compaction was faster than this watch. By the protocol the watch starts again with a
-      // snapshot.
+    } else if ((absl::IsOutOfRange(status) || absl::IsAborted(status)) &&
+               stretches_.back().reached) {
+      // Compaction was faster than this watch, or the map is another incarnation. By the protocol
+      // the watch starts again with a snapshot.
       stretches_.emplace_back();
       state_ = State();
     } else {
@@ -84,6 +86,8 @@ absl::Status Follower::Run(const std::atomic<Revision>& last) {
 absl::Status Follower::Take(const client::WatchEvent& event) {
   Stretch& stretch = stretches_.back();
   stretch.reached = event.revision;
+  stretch.incarnation = event.incarnation;
+  incarnation_ = event.incarnation;
   ToldRevision told;
   told.revision = event.revision;
   if (event.snapshot) {
@@ -134,6 +138,15 @@ int64_t Follower::num_told() const {
 Faults Follower::Check(const Model& model) const {
   Faults faults;
   for (const Stretch& stretch : stretches_) {
+    Check(model, stretch, &stretch == &stretches_.back(), faults);
+  }
+  return faults;
+}
+
+Faults Follower::Check(const Model& model, uint64_t incarnation) const {
+  Faults faults;
+  for (const Stretch& stretch : stretches_) {
+    if (stretch.incarnation != incarnation) continue;
     Check(model, stretch, &stretch == &stretches_.back(), faults);
   }
   return faults;

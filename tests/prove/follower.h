@@ -42,13 +42,17 @@ class Follower {
 
   // Compares the events with the model.
   Faults Check(const Model& model) const;
+  // The same for the events of one incarnation of the map.
+  Faults Check(const Model& model, uint64_t incarnation) const;
   const State& state() const { return state_; }
   const Selection& selection() const { return selection_; }
   // Whether the first snapshot has arrived.
   bool has_begun() const { return has_begun_; }
+  // The incarnation of the map whose events arrive; 0 before the first. Any thread may call this.
+  uint64_t incarnation() const { return incarnation_; }
   int num_resumed() const { return num_resumed_; }
   // Number of times that it started again with a snapshot, because the revision to resume from was
-  // no longer kept.
+  // no longer kept, or the map is another incarnation.
   int num_begun_anew() const { return static_cast<int>(stretches_.size()) - 1; }
   int64_t num_told() const;
 
@@ -57,6 +61,7 @@ class Follower {
   struct Stretch {
     std::optional<Revision> begun_at;
     std::optional<Revision> reached;
+    uint64_t incarnation = 0;  // 0 before the first event
     std::vector<ToldRevision> told;
   };
 
@@ -70,6 +75,7 @@ class Follower {
   const bool coalesce_;
   State state_;
   std::atomic<bool> has_begun_ = false;
+  std::atomic<uint64_t> incarnation_ = 0;
   std::vector<Stretch> stretches_ = std::vector<Stretch>(1);
   int num_resumed_ = 0;
   Mutex mutex_;

@@ -42,6 +42,10 @@ absl::StatusOr<Verdict> ProveSlowReader(Site& site, const Sizes& sizes);
 // Without a server, a replica gives the answers that the server gave. Afterwards it equals the
 // server again, and the queued edits and observations have arrived once, in order.
 absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes);
+// A backup that is made while the map is edited is the map at its revision, also on another server,
+// with its history. Restored in place of the map, it makes watches and replicas begin anew, which
+// then equal the map.
+absl::StatusOr<Verdict> ProveRestore(Site& site, const Sizes& sizes);
 // A request that is retried changes the map once.
 absl::StatusOr<Verdict> ProveOnce(Site& site, const Sizes& sizes);
 

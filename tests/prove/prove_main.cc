@@ -1,6 +1,7 @@
 // hypermap_prove PROOF: loads a real server and checks its answers against a model in memory. The
 // last line is one JSON object with the counts and "holds". The exit code is 0 if the proof holds.
 #include <CLI/CLI.hpp>
+#include <exception>
 #include <functional>
 #include <iostream>
 #include <map>
@@ -10,21 +11,21 @@
 #include "tests/prove/outbox_holder.h"
 #include "tests/prove/proofs.h"
 
-int main(int argc, char** argv) {
-  using namespace hypermap::prove;
+namespace hypermap::prove {
+namespace {
+
+int Main(int argc, char** argv) {
   if (const std::optional<int> code = HoldOutbox(argc, argv)) return *code;
   const std::map<std::string, std::function<absl::StatusOr<Verdict>(Site&, const Sizes&)>> proofs =
-      {{"feed", ProveFeed},
-       {"asof", ProveAsOf},
-       {"kill", ProveKill},
-       {"replica", ProveReplica},
-       {"slow-reader", ProveSlowReader},
+      {{"feed", ProveFeed},       {"asof", ProveAsOf},       {"kill", ProveKill},
+       {"replica", ProveReplica}, {"restore", ProveRestore}, {"slow-reader", ProveSlowReader},
        {"once", ProveOnce}};
   std::string proof, server;
   Sizes sizes;
   CLI::App app("Checks the guarantees of a Hypermap server under load against a model in memory.",
                "hypermap_prove");
-  app.add_option("proof", proof, "Proof to run: feed, asof, kill, replica, slow-reader or once")
+  app.add_option("proof", proof,
+                 "Proof to run: feed, asof, kill, replica, restore, slow-reader or once")
       ->required()
       ->check(CLI::IsMember(proofs));
   app.add_option("--server", server, "Path of hypermapd")->required()->check(CLI::ExistingFile);
@@ -67,4 +68,16 @@ int main(int argc, char** argv) {
   }
   std::cout << *verdict << std::endl;
   return verdict->at("holds").get<bool>() ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace hypermap::prove
+
+int main(int argc, char** argv) {
+  try {
+    return hypermap::prove::Main(argc, argv);
+  } catch (const std::exception& error) {  // of CLI11 and the JSON library
+    std::cerr << "hypermap_prove: " << error.what() << '\n';
+    return 1;
+  }
 }

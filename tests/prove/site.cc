@@ -42,7 +42,8 @@ bool Coalesces(int i) { return (i + i / 4) % 2 == 0; }
 
 }  // namespace
 
-Site::Site(const std::string& server_binary, const std::vector<std::string>& flags) {
+Site::Site(const std::string& server_binary, const std::vector<std::string>& flags)
+    : server_binary_(server_binary), flags_(flags) {
   std::vector<std::string> command = {server_binary, "--data_dir=" + folder_ / "data",
                                       "--log_level=warn", "--watch_progress=200ms"};
   command.insert(command.end(), flags.begin(), flags.end());
@@ -54,7 +55,15 @@ Site::~Site() { server_.reset(); }
 absl::Status Site::Start() {
   HYPERMAP_RETURN_IF_ERROR(server_->Start());
   client::Client client = NewClient();
-  return MakeSite(client, model_);
+  return MakeSite(client, *model_);
+}
+
+std::unique_ptr<Site> Site::Elsewhere() const {
+  return std::make_unique<Site>(server_binary_, flags_);
+}
+
+std::unique_ptr<Model> Site::Exchange(std::unique_ptr<Model> model) {
+  return std::exchange(model_, std::move(model));
 }
 
 client::Client Site::NewClient() const {
@@ -70,10 +79,12 @@ WriterGroup::WriterGroup(Site& site, int writers, const WriterLoad& load, uint64
         std::make_unique<Writer>(site.NewClient(), seed * 1000 + i, load, site.model()));
   }
   statuses_.resize(writers);
+  running_ = writers;
   for (int i = 0; i < writers; ++i) {
     threads_.emplace_back([this, i] {
       statuses_[i] = writers_[i]->Run(stop_);
       if (!statuses_[i].ok()) failed_ = true;
+      --running_;
     });
   }
 }
@@ -106,17 +117,23 @@ WatcherGroup::~WatcherGroup() {
   JoinAll(threads_);
 }
 
-absl::Status WatcherGroup::WaitUntilBegun() {
+absl::Status WatcherGroup::WaitUntilAll(absl::FunctionRef<bool(const Follower&)> condition) const {
   const absl::Time deadline = absl::Now() + kPatience;
-  const auto all_begun = [this] {
-    return std::all_of(followers_.begin(), followers_.end(),
-                       [](const auto& follower) { return follower->has_begun(); });
-  };
-  while (!all_begun()) {
+  while (!std::all_of(followers_.begin(), followers_.end(),
+                      [&](const auto& follower) { return condition(*follower); })) {
     if (absl::Now() > deadline) return absl::DeadlineExceededError("a watch does not begin");
     absl::SleepFor(absl::Milliseconds(5));
   }
   return absl::OkStatus();
+}
+
+absl::Status WatcherGroup::WaitUntilBegun() {
+  return WaitUntilAll([](const Follower& follower) { return follower.has_begun(); });
+}
+
+absl::Status WatcherGroup::WaitUntilFollowing(uint64_t incarnation) {
+  return WaitUntilAll(
+      [=](const Follower& follower) { return follower.incarnation() == incarnation; });
 }
 
 void WatcherGroup::CutHalf() {

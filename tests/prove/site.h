@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/time/time.h"
 #include "client_libs/cpp/client.h"
@@ -31,17 +32,24 @@ class Site {
 
   // Starts the server and creates the map.
   absl::Status Start();
+  // The same server program with another folder, not started.
+  std::unique_ptr<Site> Elsewhere() const;
 
   testing::ServerProcess& server() { return *server_; }
   client::Client NewClient() const;
-  Model& model() { return model_; }
+  const std::string& server_address() const { return server_->address(); }
+  Model& model() { return *model_; }
+  // Takes another model for what is written from now on. Returns the one before.
+  std::unique_ptr<Model> Exchange(std::unique_ptr<Model> model);
   std::string map_file() const;
   const std::string& folder() const { return folder_.path(); }
 
  private:
+  const std::string server_binary_;
+  const std::vector<std::string> flags_;
   testing::TemporaryFolder folder_;
   std::unique_ptr<testing::ServerProcess> server_;
-  Model model_;
+  std::unique_ptr<Model> model_ = std::make_unique<Model>();
 };
 
 // Writers, each with its own thread and connection.
@@ -55,10 +63,13 @@ class WriterGroup {
   // Waits until each writer has finished its current batch.
   absl::Status Stop();
   bool failed() const { return failed_; }
+  // Whether the load is written, or a writer has failed.
+  bool done() const { return running_ == 0; }
 
  private:
   std::atomic<bool> stop_ = false;
   std::atomic<bool> failed_ = false;
+  std::atomic<int> running_ = 0;
   std::vector<std::unique_ptr<Writer>> writers_;
   std::vector<absl::Status> statuses_;
   std::vector<std::thread> threads_;
@@ -74,12 +85,16 @@ class WatcherGroup {
   absl::Status WaitUntilBegun();
   // Breaks the watches of the first half of the followers.
   void CutHalf();
+  // Waits until all followers receive events of this incarnation of the map.
+  absl::Status WaitUntilFollowing(uint64_t incarnation);
   // Waits until all followers have received revision `last`.
   absl::Status WaitUntil(Revision last);
 
   const std::vector<std::unique_ptr<Follower>>& followers() const { return followers_; }
 
  private:
+  absl::Status WaitUntilAll(absl::FunctionRef<bool(const Follower&)> condition) const;
+
   std::atomic<Revision> last_ = -1;
   std::vector<std::unique_ptr<Follower>> followers_;
   std::vector<absl::Status> statuses_;
