@@ -1,0 +1,41 @@
+#!/bin/bash
+# Checks what deploy/ contains with the tools of its formats: hadolint for the Dockerfile, the schemas
+# of the oldest and the newest Kubernetes in use for what kustomize makes of the manifests, promtool
+# for the alert rules and the configuration of Prometheus. The tools are installed in
+# build/lint-deploy: Python packages, a Go module, and promtool, which is unpacked from Debian's
+# package, because installing that starts a service. The exit code is 77 if one can't be had here.
+set -euo pipefail
+cd "$(dirname "$0")/.."
+tools=$PWD/build/lint-deploy
+KUSTOMIZE=v5.7.1
+KUBERNETES=(1.29 1.37)
+
+skip() {
+  echo "skipped: $*" >&2
+  exit 77
+}
+
+if [[ ! -x $tools/bin/hadolint ]]; then
+  python3 -m venv "$tools" || skip "no python3-venv here"
+  "$tools/bin/pip" install --quiet --disable-pip-version-check --require-hashes \
+    --requirement tools/lint_deploy.txt || skip "no package index"
+fi
+if [[ ! -x $tools/usr/bin/promtool ]]; then
+  (cd "$tools" && apt-get -qq download prometheus 2>/dev/null && dpkg-deb --extract prometheus_*.deb .) ||
+    skip "no Debian packages here"
+fi
+
+[[ -x $tools/bin/kustomize ]] ||
+  GOBIN=$tools/bin go install "sigs.k8s.io/kustomize/kustomize/v5@$KUSTOMIZE" || skip "no kustomize"
+
+"$tools/bin/hadolint" deploy/Dockerfile
+echo "hadolint: deploy/Dockerfile"
+for folder in base overlays/single-node; do
+  "$tools/bin/kustomize" build "deploy/kubernetes/$folder" >"$tools/manifests.yaml"
+  for version in "${KUBERNETES[@]}"; do
+    "$tools/bin/kubernetes-validate" --strict --quiet --kubernetes-version "$version" "$tools/manifests.yaml"
+    echo "Kubernetes $version: deploy/kubernetes/$folder"
+  done
+done
+"$tools/usr/bin/promtool" check rules deploy/prometheus/hypermap.rules.yml
+"$tools/usr/bin/promtool" check config deploy/prometheus/prometheus.yml
