@@ -24,8 +24,9 @@ class State:
         self.cells = cells  # (row, col) -> value, without unknown cells
 
     def objects_in(self, x, y, side):
+        # Compares the coordinates of the vertices, rounded as sites.square rounds them.
         return {i: o for i, o in self.objects.items()
-                if x - 1 <= o[1] <= x + side and y - 1 <= o[2] <= y + side}
+                if x <= o[1] + 1 and o[1] <= x + side and y <= o[2] + 1 and o[2] <= y + side}
 
     def cells_in(self, x, y, side):
         return {c: v for c, v in self.cells.items()
