@@ -94,7 +94,7 @@ func (m *method) serverStream(ctx context.Context, request *connect.Request[mess
 
 func (m *method) clientStream(ctx context.Context, in *connect.ClientStream[message]) (*connect.Response[message], error) {
 	requests := m.client.CallClientStream(ctx)
-	passAuthorization(in.RequestHeader(), requests.RequestHeader())
+	passHeaders(in.RequestHeader(), requests.RequestHeader())
 	for in.Receive() {
 		if err := bodyOf(ctx).checkMessage(in.Msg()); err != nil {
 			return nil, err
@@ -118,7 +118,7 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 	ctx, cancel := context.WithCancel(ctx)
 	defer cancel()
 	server := m.client.CallBidiStream(ctx)
-	passAuthorization(caller.RequestHeader(), server.RequestHeader())
+	passHeaders(caller.RequestHeader(), server.RequestHeader())
 	defer server.CloseResponse()
 	// Without a first message the call would not begin, and Receive would not notice that it is cancelled.
 	if err := server.Send(nil); err != nil && !errors.Is(err, io.EOF) {
@@ -161,8 +161,11 @@ func (m *method) bidiStream(ctx context.Context, caller *connect.BidiStream[mess
 // failure converts an error for the caller. Errors of the server are kept. A lost connection becomes
 // Unavailable, because the library reports it as an invalid argument in the middle of a stream.
 func failure(ctx context.Context, err error) error {
-	if err == nil || ctx.Err() != nil || connect.IsWireError(err) {
+	if err == nil || ctx.Err() != nil {
 		return err
+	}
+	if connect.IsWireError(err) {
+		return withMetadata(err)
 	}
 	if refused := bodyOf(ctx).refusal(); refused != nil {
 		return refused.failure
@@ -171,6 +174,29 @@ func failure(ctx context.Context, err error) error {
 		return err // The message is larger than maxAnswerBytes.
 	}
 	return connect.NewError(connect.CodeUnavailable, fmt.Errorf("the connection to the server: %w", err))
+}
+
+// toldWithErrors is what the server tells of a failed call besides the error: by which name its log has the call, and
+// when to try again (gRFC A6).
+var toldWithErrors = []string{"X-Request-Id", "Grpc-Retry-Pushback-Ms"}
+
+// withMetadata returns an error for the caller with what the server has told of it. The library does not forward the
+// metadata of an error that it has received.
+func withMetadata(err error) error {
+	var received *connect.Error
+	if !errors.As(err, &received) {
+		return err
+	}
+	sent := connect.NewError(received.Code(), errors.New(received.Message()))
+	for _, detail := range received.Details() {
+		sent.AddDetail(detail)
+	}
+	for _, name := range toldWithErrors {
+		if value := received.Meta().Get(name); value != "" {
+			sent.Meta().Set(name, value)
+		}
+	}
+	return sent
 }
 
 // response returns the only message of an answer. Its memory is released when the call has ended.
@@ -203,12 +229,18 @@ func (m *method) prepare(ctx context.Context, answer *message) error {
 // onward returns the request to the server for a request of a caller.
 func onward(request *connect.Request[message]) *connect.Request[message] {
 	out := connect.NewRequest(request.Msg)
-	passAuthorization(request.Header(), out.Header())
+	passHeaders(request.Header(), out.Header())
 	return out
 }
 
-func passAuthorization(from, to http.Header) {
-	for _, value := range from.Values("Authorization") {
-		to.Add("Authorization", value)
+// passedHeaders tell the server who calls, by which name its log is to have the call, and the place of the call in
+// a trace (https://www.w3.org/TR/trace-context/).
+var passedHeaders = []string{"Authorization", "X-Request-Id", "Traceparent", "Tracestate"}
+
+func passHeaders(from, to http.Header) {
+	for _, name := range passedHeaders {
+		for _, value := range from.Values(name) {
+			to.Add(name, value)
+		}
 	}
 }

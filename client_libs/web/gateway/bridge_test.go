@@ -85,6 +85,7 @@ func TestErrorsAreForwardedWithCodeMessageAndDetails(t *testing.T) {
 				return err
 			}
 		}
+		stream.SetTrailer(metadata.Pairs("x-request-id", "0123456789abcdef", "grpc-retry-pushback-ms", "250"))
 		failure, err := status.New(codes.NotFound, "no map \"größe\"").
 			WithDetails(&errdetails.ErrorInfo{Reason: "because"})
 		if err != nil {
@@ -101,6 +102,12 @@ func TestErrorsAreForwardedWithCodeMessageAndDetails(t *testing.T) {
 		}
 		if failure.Code() != connect.CodeNotFound || failure.Message() != "no map \"größe\"" {
 			t.Errorf("got %v", failure)
+		}
+		if id := failure.Meta().Get("X-Request-Id"); id != "0123456789abcdef" {
+			t.Errorf("the name of the call in the server's log: %q", id)
+		}
+		if pause := failure.Meta().Get("Grpc-Retry-Pushback-Ms"); pause != "250" {
+			t.Errorf("when to try again: %q", pause)
 		}
 		if len(failure.Details()) != 1 {
 			t.Fatalf("details: %v", failure.Details())
@@ -128,27 +135,45 @@ func TestErrorsAreForwardedWithCodeMessageAndDetails(t *testing.T) {
 	})
 }
 
-func TestAuthorizationIsForwarded(t *testing.T) {
+func TestIdentityNameAndTraceOfACallAreForwarded(t *testing.T) {
+	sent := map[string]string{
+		"authorization": "Bearer secret",
+		"x-request-id":  "shift-17/call-4",
+		"traceparent":   "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01",
+		"tracestate":    "vendor=1",
+	}
 	server, _ := startBackend(t, "127.0.0.1:0", func(_ string, stream grpc.ServerStream) error {
-		sent, _ := metadata.FromIncomingContext(stream.Context())
-		return stream.SendMsg(&message{binary: []byte(strings.Join(sent["authorization"], "|"))})
+		got, _ := metadata.FromIncomingContext(stream.Context())
+		for name, value := range sent {
+			if strings.Join(got[name], "|") != value {
+				return status.Errorf(codes.Internal, "%s: %q", name, got[name])
+			}
+		}
+		if len(got["cookie"]) > 0 || len(got["x-other"]) > 0 {
+			return status.Error(codes.Internal, "other headers were forwarded")
+		}
+		return stream.SendMsg(&message{binary: []byte("all came")})
 	})
 	gateway := startGateway(t, before(server))
-	forEachProtocol(t, func(t *testing.T, as caller) {
+	named := func() *connect.Request[message] {
 		request := raw("")
-		request.Header().Set("Authorization", "Bearer secret")
-		answer, err := as.to(gateway, queryPoint).CallUnary(testContext(t), request)
-		if err != nil || string(answer.Msg.binary) != "Bearer secret" {
+		for name, value := range sent {
+			request.Header().Set(name, value)
+		}
+		request.Header().Set("X-Other", "1")
+		return request
+	}
+	forEachProtocol(t, func(t *testing.T, as caller) {
+		answer, err := as.to(gateway, queryPoint).CallUnary(testContext(t), named())
+		if err != nil || string(answer.Msg.binary) != "all came" {
 			t.Errorf("unary: %v, error %v", answer, err)
 		}
-		request = raw("")
-		request.Header().Set("Authorization", "Bearer secret")
-		stream, err := as.to(gateway, watch).CallServerStream(testContext(t), request)
+		stream, err := as.to(gateway, watch).CallServerStream(testContext(t), named())
 		if err != nil {
 			t.Fatal(err)
 		}
 		defer stream.Close()
-		if !stream.Receive() || string(stream.Msg().binary) != "Bearer secret" {
+		if !stream.Receive() || string(stream.Msg().binary) != "all came" {
 			t.Errorf("stream: error %v", stream.Err())
 		}
 	})

@@ -221,8 +221,8 @@ func isPreflight(r *http.Request) bool {
 func answerPreflight(w http.ResponseWriter) {
 	header := w.Header()
 	header.Set("Access-Control-Allow-Methods", "GET, POST")
-	header.Set("Access-Control-Allow-Headers", "Authorization, Content-Type, Content-Encoding, X-Grpc-Web, X-User-Agent, "+
-		"Grpc-Timeout, Connect-Protocol-Version, Connect-Timeout-Ms, Connect-Content-Encoding, Connect-Accept-Encoding")
+	header.Set("Access-Control-Allow-Headers", "Authorization, X-Request-Id, Traceparent, Tracestate, "+
+		"Content-Type, Content-Encoding, X-Grpc-Web, X-User-Agent, Grpc-Timeout, Connect-Protocol-Version, Connect-Timeout-Ms, Connect-Content-Encoding, Connect-Accept-Encoding")
 	header.Set("Access-Control-Max-Age", "7200")
 	w.WriteHeader(http.StatusNoContent)
 }

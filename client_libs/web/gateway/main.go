@@ -29,9 +29,9 @@ type config struct {
 	tlsKey    string
 	// File of the key of sessions, see newSessions.
 	sessionKey string
-	upstream  upstreamConfig
-	allowed   allowedHosts
-	limits    limits
+	upstream   upstreamConfig
+	allowed    allowedHosts
+	limits     limits
 }
 
 func main() {

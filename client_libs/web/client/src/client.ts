@@ -30,7 +30,8 @@ export type HypermapClientOptions = GuardOptions;
  * nothing.
  *
  * Every mutation gets a request id unless it has one. Idempotent calls are retried while the server
- * is unreachable, see `retries`. Errors are `ConnectError`s.
+ * is unreachable, and after the wait that a full server asks for, see `retries`. Errors are
+ * `ConnectError`s; `metadata.get('x-request-id')` is the name of the call in the server's log.
  */
 export function createHypermapClient(
   to: Transport | string | URL,

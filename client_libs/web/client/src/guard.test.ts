@@ -6,11 +6,11 @@ import { EditService } from './gen/hypermap/v1/edit_service_pb.js';
 import { ExplorationService } from './gen/hypermap/v1/exploration_service_pb.js';
 
 /** A server that fails the first `times` calls, and the request ids and tokens that it received. */
-function failing(times: number, code: Code) {
+function failing(times: number, code: Code, metadata?: Record<string, string>) {
   const ids: string[] = [];
   const tokens: (string | null)[] = [];
   const fail = () => {
-    if (times-- > 0) throw new ConnectError('not now', code);
+    if (times-- > 0) throw new ConnectError('not now', code, metadata);
   };
   const transport = createRouterTransport(({ service }) => {
     service(EditService, {
@@ -74,6 +74,21 @@ test('queries are retried; refused calls and calls that are not idempotent are n
     createHypermapClient(unguarded.transport).exploration.renewGoal({}),
   ).rejects.toMatchObject({ code: Code.Unavailable });
   expect(unguarded.ids).toHaveLength(1);
+});
+
+test('a call is retried when a full server asks for it, and only then', async () => {
+  const full = failing(2, Code.ResourceExhausted, { 'grpc-retry-pushback-ms': '20' });
+  await createHypermapClient(full.transport).edit.applyEdits({});
+  expect(full.ids).toHaveLength(3);
+
+  for (const told of [undefined, '-1', 'soon']) {
+    const metadata = told === undefined ? undefined : { 'grpc-retry-pushback-ms': told };
+    const never = failing(1, Code.ResourceExhausted, metadata);
+    await expect(createHypermapClient(never.transport).edit.applyEdits({})).rejects.toMatchObject({
+      code: Code.ResourceExhausted,
+    });
+    expect(never.ids).toHaveLength(1);
+  }
 });
 
 test('gives up after the given number of retries, or when the call is aborted', async () => {

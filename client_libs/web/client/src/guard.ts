@@ -6,7 +6,7 @@ import { retrying } from './retry.js';
 export interface GuardOptions {
   /** The bearer token of each call. A function is called before each call. */
   token?: string | (() => string | undefined);
-  /** The maximum number of retries of a call while the server is unreachable. Default 3. */
+  /** The maximum number of retries of a call while the server is unreachable or full. Default 3. */
   retries?: number;
 }
 

@@ -25,6 +25,13 @@ function isUnreachable(error: unknown): boolean {
   return code === Code.Unavailable || (cause !== undefined && code !== Code.Canceled);
 }
 
+/** The wait that a server which is full asks for (gRFC A6), milliseconds; undefined without one. */
+function askedPause(error: unknown): number | undefined {
+  const { code, metadata } = ConnectError.from(error);
+  const told = code === Code.ResourceExhausted ? metadata.get('grpc-retry-pushback-ms') : null;
+  return told !== null && /^\d{1,9}$/.test(told) ? Number(told) : undefined;
+}
+
 export interface BackoffOptions {
   /** The delay before the first retry, milliseconds. Default 200. */
   firstMs?: number;
@@ -72,18 +79,23 @@ export function wait(ms: number, signal?: AbortSignal): Promise<void> {
   });
 }
 
-/** Calls a function, and again with a backoff while the server is unreachable. */
+/**
+ * Calls a function, and again with a backoff while the server is unreachable, or after the wait that
+ * a server which is full asks for.
+ */
 export async function retrying<T>(
   call: () => Promise<T>,
   { retries, signal }: { retries: number; signal?: AbortSignal | undefined },
 ): Promise<T> {
   const backoff = new Backoff();
   for (let left = retries; ; --left) {
+    let pause: number | undefined;
     try {
       return await call();
     } catch (error) {
-      if (left <= 0 || signal?.aborted || !isUnreachable(error)) throw error;
+      pause = isUnreachable(error) ? backoff.next() : askedPause(error);
+      if (left <= 0 || signal?.aborted || pause === undefined) throw error;
     }
-    await wait(backoff.next(), signal);
+    await wait(pause, signal);
   }
 }

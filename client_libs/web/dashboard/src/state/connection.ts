@@ -36,9 +36,17 @@ export function tryAgain(): void {
   attempts.value++;
 }
 
-/** The message of an error, without its code in brackets. */
+// Errors that an operator looks up in the server's log.
+const faults = new Set<Code>([Code.Internal, Code.Unknown, Code.DataLoss]);
+
+/**
+ * The message of an error, without its code in brackets. That of a fault of the server tells the
+ * name of the call in the server's log.
+ */
 export function messageOf(error: unknown): string {
-  return ConnectError.from(error).rawMessage;
+  const { code, metadata, rawMessage } = ConnectError.from(error);
+  const call = faults.has(code) ? metadata.get('x-request-id') : null;
+  return call ? `${rawMessage} (call ${call} in the server's log)` : rawMessage;
 }
 
 export function noteAlive(): void {
