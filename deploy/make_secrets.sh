@@ -2,14 +2,18 @@
 # Makes the certificates and tokens of deploy/compose.yaml, in deploy/secrets. What is there stays.
 #
 #   deploy/make_secrets.sh [HOST...]    names and IP addresses under which robots and browsers reach
-#                                       this machine, besides localhost
+#                                       this machine, besides localhost; for others later, remove
+#                                       secrets/server.pem before
 #
 # Needs openssl, and the command hypermap of the package hypermap-client ($HYPERMAP). The folder is
 # closed to other users of the machine; the containers, which run as users of their own, get single
 # files of it.
 set -euo pipefail
 folder=${SECRETS:-$(dirname "$0")/secrets}
-hypermap=${HYPERMAP:-hypermap}
+hypermap=$(realpath "$(command -v "${HYPERMAP:-hypermap}")") || {
+  echo "make_secrets.sh: the command hypermap is missing" >&2
+  exit 1
+}
 
 names=DNS:localhost,IP:127.0.0.1,DNS:server
 for host in "$@"; do
@@ -19,16 +23,18 @@ done
 umask 077
 mkdir -p "$folder/access"
 cd "$folder"
-key=(-newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -noenc)
-if [[ ! -e ca.pem ]]; then
-  openssl req -x509 "${key[@]}" -days 3650 -subj '/CN=Maps of this site' -keyout ca.key \
-    -out ca.pem 2>/dev/null
-fi
-if [[ ! -e server.pem ]]; then
-  openssl req -x509 "${key[@]}" -days 365 -subj /CN=hypermap -CA ca.pem -CAkey ca.key \
-    -addext "subjectAltName=$names" -addext basicConstraints=critical,CA:FALSE \
-    -keyout server.key -out server.pem 2>/dev/null
-fi
+
+# make_certificate NAME OPTIONS: makes NAME.pem and NAME.key.
+make_certificate() {
+  local name=$1 said
+  shift
+  [[ -e $name.pem ]] && return
+  said=$(openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -noenc "$@" \
+    -keyout "$name.key" -out "$name.pem" 2>&1) || { echo "$said" >&2; exit 1; }
+}
+make_certificate ca -days 3650 -subj '/CN=Maps of this site'
+make_certificate server -days 365 -subj /CN=hypermap -CA ca.pem -CAkey ca.key \
+  -addext "subjectAltName=$names" -addext basicConstraints=critical,CA:FALSE
 [[ -e session.key ]] || head -c 32 /dev/urandom > session.key
 
 # make_token IDENTITY OPTIONS

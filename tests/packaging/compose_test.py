@@ -1,15 +1,14 @@
 """The programs of deploy/compose.yaml work together as it starts them.
 
-There is no container engine here. The test starts the real programs with the commands of the file
-and the secrets of deploy/make_secrets.sh; it puts the folders of this machine in place of the
-containers' and free ports of the loopback in place of theirs.
+The test needs no container engine. It starts the real programs with the commands of the file and the
+secrets of deploy/make_secrets.sh, with the folders of this machine in place of the containers', and
+ports of the loopback that the programs choose in place of theirs.
 """
 
 import contextlib
 import os
 import pathlib
 import re
-import socket
 import ssl
 import subprocess
 import tempfile
@@ -24,12 +23,6 @@ BIN = pathlib.Path(os.environ.get("HYPERMAP_BIN", ROOT / "build" / "bin"))
 DEPLOY = ROOT / "deploy"
 DEADLINE_S = 120
 PROGRAMS = {"server": "hypermapd", "ingest": "hypermap-ingest", "dashboard": "hypermap-gateway"}
-
-
-def free_port():
-    with socket.socket() as probe:
-        probe.bind(("127.0.0.1", 0))
-        return probe.getsockname()[1]
 
 
 def eventually(condition):
@@ -50,8 +43,7 @@ class Compose(unittest.TestCase):
         self.maps = self.folder / "maps"
         self.maps.mkdir()
         self.compose = yaml.safe_load((DEPLOY / "compose.yaml").read_text())
-        self.ports = {}
-        self.logs = {}
+        self.ports = {}  # in a container -> on this machine, of the programs that were started
         self.make_secrets()
 
     def make_secrets(self):
@@ -59,9 +51,6 @@ class Compose(unittest.TestCase):
                        stdout=subprocess.DEVNULL,
                        env={**os.environ, "SECRETS": str(self.secrets),
                             "HYPERMAP": str(BIN / "hypermap")})
-
-    def port_of(self, number):
-        return self.ports.setdefault(number, free_port())
 
     def path_on_host(self, service, path):
         """Returns where a path in a container is on this machine."""
@@ -86,13 +75,14 @@ class Compose(unittest.TestCase):
             flag, equals, value = argument.partition("=")
             if value.startswith("/"):
                 value = str(self.path_on_host(service, value))
-            value = re.sub(r"^[\w.]+:(\d+)$",
-                           lambda m: ("127.0.0.1" if "listen" in flag else "localhost") +
-                           f":{self.port_of(int(m[1]))}", value)
+            if port := re.fullmatch(r"[\w.]+:(\d+)", value):
+                value = ("127.0.0.1:0" if flag.endswith("listen") else
+                         f"localhost:{self.ports[int(port[1])]}")
             yield flag + equals + value
 
-    def start(self, name):
-        log = self.logs[name] = self.folder / f"{name}.log"
+    def start(self, name, **told):
+        """Starts a service. `told` has patterns of the lines that tell its ports, by the flags."""
+        log = self.folder / f"{name}.log"
         with open(log, "wb") as output:
             process = subprocess.Popen([BIN / PROGRAMS[name], *self.arguments(name)],
                                        stdout=output, stderr=output)
@@ -100,15 +90,19 @@ class Compose(unittest.TestCase):
         self.addCleanup(process.kill)
         eventually(lambda: " ready on " in log.read_text() or process.poll() is not None)
         self.assertIsNone(process.poll(), log.read_text())
+        for flag, pattern in {"listen": r" ready on \S+:(\d+)", **told}.items():
+            number = re.search(rf"--{flag}=\S+:(\d+)",
+                               " ".join(self.compose["services"][name]["command"]))[1]
+            self.ports[int(number)] = int(re.search(pattern, log.read_text())[1])
 
     def hypermap(self, *arguments, token="ops.token"):
         return subprocess.run(
-            [BIN / "hypermap", "--server", f"localhost:{self.port_of(50051)}",
+            [BIN / "hypermap", "--server", f"localhost:{self.ports[50051]}",
              "--tls_ca", self.secrets / "ca.pem", "--token_file", self.secrets / token, *arguments],
             capture_output=True, text=True, check=False, timeout=DEADLINE_S)
 
     def test_the_services_work_together(self):
-        self.start("server")
+        self.start("server", metrics_listen=r"metrics are served.*127\.0\.0\.1:(\d+)")
         done = self.hypermap("map", "create", "site")
         self.assertEqual(done.returncode, 0, done.stderr)
         if (BIN / "hypermap-ingest").exists():
@@ -117,10 +111,10 @@ class Compose(unittest.TestCase):
         if (BIN / "hypermap-gateway").exists():
             self.start("dashboard")
             trust = ssl.create_default_context(cafile=self.secrets / "ca.pem")
-            address = f"https://localhost:{self.port_of(8443)}/"
+            address = f"https://localhost:{self.ports[8443]}/"
             with urllib.request.urlopen(address, context=trust, timeout=60) as page:
                 self.assertIn(b"<html", page.read().lower())
-        with urllib.request.urlopen(f"http://127.0.0.1:{self.port_of(9464)}/readyz",
+        with urllib.request.urlopen(f"http://127.0.0.1:{self.ports[9464]}/readyz",
                                     timeout=60) as ready:
             self.assertEqual(ready.status, 200)
 

@@ -138,6 +138,7 @@ int64_t Follower::num_told() const {
 Faults Follower::Check(const Model& model) const {
   Faults faults;
   for (const Stretch& stretch : stretches_) {
+    faults.wrong += stretch.incarnation != stretches_.front().incarnation;
     Check(model, stretch, &stretch == &stretches_.back(), faults);
   }
   return faults;

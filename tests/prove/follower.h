@@ -40,9 +40,9 @@ class Follower {
   // Breaks the watch. Run resumes it from the last revision.
   void Cut();
 
-  // Compares the events with the model.
+  // Compares the events with the model. All must be of one incarnation of the map.
   Faults Check(const Model& model) const;
-  // The same for the events of one incarnation of the map.
+  // The same for the events of this incarnation only.
   Faults Check(const Model& model, uint64_t incarnation) const;
   const State& state() const { return state_; }
   const Selection& selection() const { return selection_; }

@@ -81,7 +81,7 @@ test('a call is retried when a full server asks for it, and only then', async ()
   await createHypermapClient(full.transport).edit.applyEdits({});
   expect(full.ids).toHaveLength(3);
 
-  for (const told of [undefined, '-1', 'soon']) {
+  for (const told of [undefined, '-1', 'soon', '30001']) {
     const metadata = told === undefined ? undefined : { 'grpc-retry-pushback-ms': told };
     const never = failing(1, Code.ResourceExhausted, metadata);
     await expect(createHypermapClient(never.transport).edit.applyEdits({})).rejects.toMatchObject({

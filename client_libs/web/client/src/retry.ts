@@ -25,11 +25,18 @@ function isUnreachable(error: unknown): boolean {
   return code === Code.Unavailable || (cause !== undefined && code !== Code.Canceled);
 }
 
-/** The wait that a server which is full asks for (gRFC A6), milliseconds; undefined without one. */
+// A caller would not expect a call to wait for longer.
+const longestPauseMs = 30_000;
+
+/**
+ * The wait that a server which is full asks for (gRFC A6), milliseconds; undefined without one, or
+ * if it is too long to wait for.
+ */
 function askedPause(error: unknown): number | undefined {
   const { code, metadata } = ConnectError.from(error);
   const told = code === Code.ResourceExhausted ? metadata.get('grpc-retry-pushback-ms') : null;
-  return told !== null && /^\d{1,9}$/.test(told) ? Number(told) : undefined;
+  if (told === null || !/^\d+$/.test(told)) return undefined;
+  return Number(told) <= longestPauseMs ? Number(told) : undefined;
 }
 
 export interface BackoffOptions {
