@@ -1,6 +1,7 @@
 #include "server/fusion/fused_layer.h"
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -31,6 +32,10 @@ ObjectPtr WithId(const SemanticObject& object, ObjectId id) {
   return copy;
 }
 
+// The track that an operator's object gets if it has none. Tracks of detections have keys with two
+// slashes.
+fusion::TrackKey FirstTrackOf(ObjectId id) { return absl::StrCat("operator/", id); }
+
 // Finds fused objects by label and shape, numbered as in `fused`.
 ThingIndex ThingsOf(const std::vector<fusion::FusedObject>& fused) {
   ThingIndex things;
@@ -59,6 +64,7 @@ std::vector<storage::LogKey> DispensableOf(std::vector<storage::LogKey> keys,
   while (keys.size() >= 2 && keys[1].after.stamp < newest - max_age) drop(0);
   while (keys.size() > kMaxStoredCheckpoints) {
     std::vector<int64_t> stamps_ns;
+    stamps_ns.reserve(keys.size());
     for (const storage::LogKey& key : keys) stamps_ns.push_back(absl::ToUnixNanos(key.after.stamp));
     drop(MostDispensable(stamps_ns, stamps_ns.back()));
   }
@@ -106,13 +112,13 @@ absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
   absl::StatusOr<std::unique_ptr<FusedLayer>> fused = Begin(layer, settings, stored, options);
   if (!fused.ok()) return fused;
   (*fused)->settings_changed_ = false;
-  HYPERMAP_RETURN_IF_ERROR((*fused)->LoadShown(snapshot));
   HYPERMAP_ASSIGN_OR_RETURN(
       FoldPoint checkpoint,
       (*fused)->CheckpointBefore(
           {{absl::FromUnixNanos(std::numeric_limits<int64_t>::max()), "", 0}, 0}));
   (*fused)->fold_.RestartAt(std::move(checkpoint));
   HYPERMAP_RETURN_IF_ERROR((*fused)->FoldOn());
+  HYPERMAP_RETURN_IF_ERROR((*fused)->LoadShown(snapshot));
   (*fused)->new_entries_ = (*fused)->fold_.tip().position;
   (*fused)->CountBytes();
   return fused;
@@ -127,6 +133,18 @@ absl::Status FusedLayer::LoadShown(const Snapshot& snapshot) {
     tracks_by_id_.emplace(id, track);
     const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(id);
     if (object) shown_[track] = {id, WithId(*object, 0)};
+  }
+  // Of the tracks that have shown an object, the strategy shows one at most. If it shows none, the
+  // next Diff removes the object.
+  std::set<ObjectId> of_tip;
+  const std::vector<fusion::FusedObject> fused = strategy_->Objects(fold_.tip().state);
+  for (const fusion::FusedObject& object : fused) {
+    const auto shown = shown_.find(object.track);
+    if (shown != shown_.end()) of_tip.insert(shown->second.id);
+  }
+  for (auto it = shown_.begin(); it != shown_.end();) {
+    const bool is_former = of_tip.count(it->second.id) > 0 && !Holds(fused, it->first);
+    it = is_former ? shown_.erase(it) : std::next(it);
   }
   return absl::OkStatus();
 }
@@ -303,6 +321,8 @@ absl::StatusOr<FusedLayer::FoldedFacts> FusedLayer::FoldFacts(
   const std::unique_ptr<fusion::FactFold> fold = strategy_->FoldFacts(fold_.tip().state);
   for (const auto& [kind, object] : edits) {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    // The fact would remove the other object, which is in the same place.
+    if (kind == fusion::OperatorFact::Kind::kRemove && HasLostItsTrack(object->id)) continue;
     auto fact = std::make_shared<fusion::OperatorFact>(
         fusion::OperatorFact{kind, TrackOf(object->id), *object});
     fact->object.id = 0;
@@ -494,7 +514,22 @@ fusion::TrackKey FusedLayer::TrackOf(ObjectId id) const {
     const auto shown = shown_.find(track);
     if (shown != shown_.end() && shown->second.id == id) return track;
   }
-  return tracks.empty() ? absl::StrCat("operator/", id) : tracks.front();
+  if (!tracks.empty()) return tracks.front();
+  const fusion::TrackKey first = FirstTrackOf(id);
+  fusion::TrackKey own = first;
+  for (int i = 2; IsTrackOfAnother(own, id); ++i) own = absl::StrCat(first, "#", i);
+  return own;
+}
+
+bool FusedLayer::HasLostItsTrack(ObjectId id) const {
+  const auto own = tracks_by_id_.lower_bound({id, ""});
+  const bool has_track = own != tracks_by_id_.end() && own->first == id;
+  return !has_track && IsTrackOfAnother(FirstTrackOf(id), id);
+}
+
+bool FusedLayer::IsTrackOfAnother(const fusion::TrackKey& track, ObjectId id) const {
+  const auto known = ids_.find(track);
+  return known != ids_.end() && known->second != 0 && known->second != id;
 }
 
 void FusedLayer::SetId(const fusion::TrackKey& track, ObjectId id) {
@@ -515,7 +550,7 @@ void FusedLayer::AdoptPinned(const std::vector<fusion::FusedObject>& fused) {
     if (!taken_over) {
       // The strategy shows no such object. The operator's stays on the map, without a track, so
       // that fusion never changes it.
-      SetId(track, 0);
+      for (const fusion::TrackKey& former : TracksOf(own->second.id)) SetId(former, 0);
       shown_.erase(own);
       continue;
     }

@@ -176,7 +176,7 @@ class FusedLayer {
              storage::FusionLog* stored, const FusionOptions* options);
   FusedLayer(const FusedLayer&) = default;
 
-  // Loads ids_ and shown_ from the store and the snapshot.
+  // Loads ids_ from the store, and shown_ from the snapshot, as the tip shows it.
   absl::Status LoadShown(const Snapshot& snapshot);
   // Returns the observation in the layer's frame, decoded from the bytes that are stored (`body`).
   // `sent` is the encoded observation.
@@ -209,8 +209,12 @@ class FusedLayer {
   // was added, `body` is its encoded form.
   void ChangeLate(const storage::LogKey& key, std::optional<absl::string_view> body);
 
-  // The object's track; for an object without one, the key of a track of its own.
+  // The object's track; for an object without one, a key for a track of its own.
   fusion::TrackKey TrackOf(ObjectId id) const;
+  // Whether the object has lost its track to another object, so that fusion knows nothing of it.
+  bool HasLostItsTrack(ObjectId id) const;
+  // Whether the track shows or has shown another object than this one.
+  bool IsTrackOfAnother(const fusion::TrackKey& track, ObjectId id) const;
   void SetId(const fusion::TrackKey& track, ObjectId id);
   // Assigns each object that an operator put to the track that the strategy made of it.
   void AdoptPinned(const std::vector<fusion::FusedObject>& fused);

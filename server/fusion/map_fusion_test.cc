@@ -226,6 +226,84 @@ TEST(ReactionTest, LayerShowsTheFoldOfItsLogWithAnyStrategy) {
   }
 }
 
+TEST(ReactionTest, RestartsAndRebuildsChangeNothing) {
+  const uint64_t seed = hypermap::testing::TestSeed();
+  SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
+  for (const char* strategy : {"evidence", "paper"}) {
+    SCOPED_TRACE(strategy);
+    hypermap::testing::Rng rng(seed);
+    const auto make = [strategy](absl::string_view, absl::string_view parameters) {
+      return fusion::MakeStrategy(strategy, parameters);
+    };
+    FusedMap map(make);
+    FusedMap oracle(make);
+    for (int step = 0; step < 20; ++step) {
+      const EditBatch batch = RandomEditsOfThings(rng, oracle.Objects());
+      ASSERT_TRUE(map.Edit(batch).ok());
+      ASSERT_TRUE(oracle.Edit(batch).ok());
+      if (hypermap::testing::UniformInt(rng, 0, 2) == 0) map.Restart();
+      if (hypermap::testing::UniformInt(rng, 0, 5) == 0) {
+        ASSERT_TRUE(map.Run(RebuildFusion{"things", "", ""}).ok());
+      }
+      ASSERT_EQ(map.Objects(), oracle.Objects()) << "step " << step;
+      const std::vector<storage::LogEntry> log = map.Log();
+      const std::vector<storage::LogEntry> expected = oracle.Log();
+      ASSERT_EQ(log.size(), expected.size()) << "step " << step;
+      for (size_t i = 0; i < log.size(); ++i) ASSERT_EQ(log[i].track, expected[i].track);
+    }
+  }
+}
+
+// Puts an object at (1, 1).
+hypermap::Edit PutThere(const std::string& label, ObjectId id = 0) {
+  SemanticObject object = Lamp({1, 1}, id);
+  object.label = label;
+  return PutObject{"things", object, ""};
+}
+
+// An object whose track another one has taken over is edited without changing the other one.
+TEST(ReactionTest, ObjectThatLostItsTrackIsEditedAlone) {
+  for (const bool restarts : {false, true}) {
+    for (const bool deletes : {false, true}) {
+      SCOPED_TRACE(::testing::Message() << "restarts " << restarts << ", deletes " << deletes);
+      FusedMap map;
+      const auto edit = [&](const EditBatch& batch) {
+        const auto ids = map.Edit(batch);
+        EXPECT_TRUE(ids.ok()) << ids.status();
+        if (restarts) map.Restart();
+        return ids->back();
+      };
+      edit({{PutThere("a")}});
+      // Both come to the place of "a" at once: "c" gets the track, and "b" none. Then "c" leaves.
+      const ObjectId c = edit({{PutThere("b"), PutThere("c")}});
+      const ObjectId b = c - 1;
+      edit({{PutObject{"things", Lamp({9, 9}, c), ""}}});
+      // The removal of "b" also removes the track that "d" has just got there; "e" revives it.
+      const auto d = map.Edit({{PutThere("d"), DeleteObject{"things", b}}});
+      ASSERT_TRUE(d.ok()) << d.status();
+      const ObjectId e = edit({{PutThere("e")}});
+      const auto fused = map.fusion().Find(map.snapshot(), "things");
+      ASSERT_TRUE(fused.ok()) << fused.status();
+      ASSERT_THAT((*fused)->TracksOf(d->front()), IsEmpty());
+      ASSERT_THAT((*fused)->TracksOf(e),
+                  ::testing::Contains(absl::StrCat("operator/", d->front())));
+
+      if (deletes) {
+        edit({{DeleteObject{"things", d->front()}}});
+      } else {
+        edit({{PutObject{"things", Lamp({5, 5}, d->front()), ""}}});
+      }
+      std::set<ObjectId> ids;
+      for (const SemanticObject& object : map.Objects()) ids.insert(object.id);
+      EXPECT_EQ(ids.count(d->front()), deletes ? 0u : 1u);
+      EXPECT_EQ(ids.count(e), 1u);
+      const auto rebuilt = map.Run(RebuildFusion{"things", "", ""});
+      ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
+      EXPECT_THAT(*rebuilt, IsEmpty());
+    }
+  }
+}
+
 TEST(AdmissionTest, ObservationIsEncodedAsOftenAsItsFormsDiffer) {
   FusedMap map;
   int encoded = 0;
@@ -260,13 +338,13 @@ TEST(AdmissionTest, ObservationIsEncodedAsOftenAsItsFormsDiffer) {
     ObservationOutcome outcome;
     int encoded;
     int encoded_01;
-  } kCases[] = {
+  } cases[] = {
       {"in the layer's frame", seen, ObservationOutcome::kAccepted, 1, 0},
       {"again", seen, ObservationOutcome::kDuplicate, 1, 0},
       {"another one with its name", other, ObservationOutcome::kConflict, 1, 1},
       {"in a frame of another name", of_map, ObservationOutcome::kAccepted, 2, 0},
   };
-  for (const auto& c : kCases) {
+  for (const auto& c : cases) {
     SCOPED_TRACE(c.name);
     encoded = 0;
     encoded_01 = 0;
