@@ -522,9 +522,7 @@ fusion::TrackKey FusedLayer::TrackOf(ObjectId id) const {
 }
 
 bool FusedLayer::HasLostItsTrack(ObjectId id) const {
-  const auto own = tracks_by_id_.lower_bound({id, ""});
-  const bool has_track = own != tracks_by_id_.end() && own->first == id;
-  return !has_track && IsTrackOfAnother(FirstTrackOf(id), id);
+  return TracksOf(id).empty() && IsTrackOfAnother(FirstTrackOf(id), id);
 }
 
 bool FusedLayer::IsTrackOfAnother(const fusion::TrackKey& track, ObjectId id) const {

@@ -204,15 +204,20 @@ EditBatch RandomEditsOfThings(hypermap::testing::Rng& rng, const std::vector<Sem
   return batch;
 }
 
+// Makes the named strategy, whatever a layer's settings say.
+StrategyFactory Always(const char* strategy) {
+  return [strategy](absl::string_view, absl::string_view parameters) {
+    return fusion::MakeStrategy(strategy, parameters);
+  };
+}
+
 TEST(ReactionTest, LayerShowsTheFoldOfItsLogWithAnyStrategy) {
   const uint64_t seed = hypermap::testing::TestSeed();
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);
   for (const char* strategy : {"evidence", "paper"}) {
     SCOPED_TRACE(strategy);
     hypermap::testing::Rng rng(seed);
-    FusedMap map([strategy](absl::string_view, absl::string_view parameters) {
-      return fusion::MakeStrategy(strategy, parameters);
-    });
+    FusedMap map(Always(strategy));
     for (int step = 0; step < 20; ++step) {
       const EditBatch batch = RandomEditsOfThings(rng, map.Objects());
       if (batch.edits.empty()) continue;
@@ -232,11 +237,8 @@ TEST(ReactionTest, RestartsAndRebuildsChangeNothing) {
   for (const char* strategy : {"evidence", "paper"}) {
     SCOPED_TRACE(strategy);
     hypermap::testing::Rng rng(seed);
-    const auto make = [strategy](absl::string_view, absl::string_view parameters) {
-      return fusion::MakeStrategy(strategy, parameters);
-    };
-    FusedMap map(make);
-    FusedMap oracle(make);
+    FusedMap map(Always(strategy));
+    FusedMap oracle(Always(strategy));
     for (int step = 0; step < 20; ++step) {
       const EditBatch batch = RandomEditsOfThings(rng, oracle.Objects());
       ASSERT_TRUE(map.Edit(batch).ok());
