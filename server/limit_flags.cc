@@ -73,6 +73,9 @@
        "Longest time between two messages of a watch; progress is sent if there is no change")   \
   FLAG(history_revisions, 0, "Past revisions of a map that are kept")                            \
   FLAG(history_age, absl::ZeroDuration(), "Time for which past revisions of a map are kept")     \
+  FLAG(observation_age, absl::ZeroDuration(),                                                    \
+       "Time for which the observations of fused layers are kept, at least --max_lateness; "     \
+       "inf: for ever")                                                                          \
   FLAG(receipt_age, absl::ZeroDuration(),                                                        \
        "Time for which a retried request gets the answer of its first attempt")
 
@@ -106,6 +109,9 @@ absl::Status CheckLimitFlags() {
   HYPERMAP_RETURN_IF_ERROR(CheckAtLeast(#name, absl::GetFlag(FLAGS_##name), least));
   HYPERMAP_LIMIT_FLAGS(HYPERMAP_CHECK_FLAG)
 #undef HYPERMAP_CHECK_FLAG
+  if (absl::GetFlag(FLAGS_observation_age) < absl::GetFlag(FLAGS_max_lateness)) {
+    return TooSmall("observation_age", "not be shorter than --max_lateness");
+  }
   return absl::OkStatus();
 }
 

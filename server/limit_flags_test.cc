@@ -51,6 +51,7 @@ TEST(LimitFlagsTest, ValueThatIsTooSmallIsRefusedByName) {
       {"history_revisions", "-1", "--history_revisions must not be negative"},
       {"max_lateness", "-1s", "--max_lateness must not be negative"},
       {"watch_progress", "0", "--watch_progress must be at least 1ms"},
+      {"observation_age", "9m", "--observation_age must not be shorter than --max_lateness"},
   };
   for (const auto& c : cases) {
     const absl::FlagSaver saver;

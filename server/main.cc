@@ -160,6 +160,7 @@ SessionOptions MakeSessionOptions(const Limits& limits, const Budgets& budgets) 
   options.limits = limits;
   options.fusion.codec = WireEvidenceCodec();
   options.fusion.max_lateness = limits.max_lateness;
+  options.fusion.observation_age = limits.observation_age;
   return options;
 }
 

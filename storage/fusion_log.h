@@ -78,6 +78,16 @@ using EvidenceCheck = std::function<absl::Status(const LogEntry&)>;
 struct FusionCheckpoint {
   LogKey key;
   std::string state;
+  // When it was stored, by the clock of commit times: all its entries had been received by then.
+  absl::Time stored_at;
+};
+
+// Where a log begins whose older entries are no longer kept: the state of the fold over all entries
+// up to and including `key`. Other than a checkpoint it can't be computed again.
+struct FusionBase {
+  LogKey key;
+  int64_t num_facts = 0;  // the number of the newest fact up to `key`; 0: there was none
+  std::string state;
 };
 
 // A track and the object of the layer that shows it. The id stays reserved while the layer does not
@@ -99,6 +109,10 @@ struct FusionChange {
 
 // Reads the log that FusionChanges have written. One thread at a time. Errors of all methods:
 // DATA_LOSS naming the damaged table and row; UNAVAILABLE.
+//
+// Entries up to the base of a log are forgotten. StoredMap::Compact removes them little by little;
+// until then methods may still return them. Of the forgotten observations the names are kept, so
+// that none of them is taken for a new one: FindObservation and Sequences know them.
 class FusionLog {
  public:
   virtual ~FusionLog() = default;
@@ -109,8 +123,7 @@ class FusionLog {
   virtual absl::StatusOr<std::vector<TrackId>> Tracks(const std::string& layer) = 0;
 
   struct Known {
-    ObservationKey key;
-    uint64_t content_hash = 0;
+    std::optional<uint64_t> content_hash;  // nullopt if only the name is kept
     bool retracted = false;
   };
   // The observation with this name, retracted or not; nullopt when there is none.
@@ -142,12 +155,28 @@ class FusionLog {
   // The newest checkpoint before `before`; nullopt: the newest of all.
   virtual absl::StatusOr<std::optional<FusionCheckpoint>> FindCheckpoint(
       const std::string& layer, const std::optional<LogKey>& before) = 0;
-  // The keys of all checkpoints, ascending.
-  virtual absl::StatusOr<std::vector<LogKey>> CheckpointKeys(const std::string& layer) = 0;
+  struct CheckpointKey {
+    LogKey key;
+    absl::Time stored_at;
+  };
+  // All checkpoints, ordered by key.
+  virtual absl::StatusOr<std::vector<CheckpointKey>> Checkpoints(const std::string& layer) = 0;
   // Stores a checkpoint and removes those with the keys `dropped`. REQUIRES: it is the state of the
   // stored entries.
   virtual absl::Status KeepCheckpoint(const std::string& layer, const FusionCheckpoint& checkpoint,
                                       absl::Span<const LogKey> dropped) = 0;
+
+  // The base of the log; nullopt while all entries are kept.
+  virtual absl::StatusOr<std::optional<FusionBase>> FindBase(const std::string& layer) = 0;
+  // Whether the log has had observations of the robot up to its base, also retracted ones.
+  virtual absl::StatusOr<bool> HasForgotten(const std::string& layer, const std::string& robot) = 0;
+  // The checkpoint that can become the base: of those stored before `stored_before` and after the
+  // base that the log has, the one with the newest entries. nullopt if there is none.
+  virtual absl::StatusOr<std::optional<FusionCheckpoint>> FindNextBase(
+      const std::string& layer, absl::Time stored_before) = 0;
+  // Makes a checkpoint the base of the log, durably, and removes the checkpoints up to it.
+  // REQUIRES: the state can be decoded.
+  virtual absl::Status MoveBase(const std::string& layer, const LogKey& checkpoint) = 0;
 };
 
 }  // namespace hypermap::storage

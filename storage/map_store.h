@@ -152,7 +152,8 @@ class StoredMap {
 
   // Makes `oldest` the oldest revision that can be read, unless it was a newer one already, and
   // forgets the receipts from before `receipts_before`. Removes about `max_rows` of the rows that
-  // are no longer needed, in a short transaction; returns true when more of them are left.
+  // are no longer needed, also of evidence that fusion_log has forgotten, in a short transaction;
+  // returns true when more of them are left.
   // REQUIRES: `oldest` is not newer than the newest revision.
   virtual absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before,
                                        int max_rows) = 0;

@@ -112,6 +112,9 @@ void EncodeObjectHistory(const ObjectHistory& history, v1::ExplainObjectResponse
   message->set_parameters(history.parameters);
   message->set_track(history.track);
   message->set_incarnation(history.incarnation);
+  if (history.forgotten_until) {
+    EncodeTime(*history.forgotten_until, message->mutable_forgotten_until());
+  }
   for (const ObjectEvent& event : history.events) EncodeEvent(event, message->add_events());
 }
 
@@ -124,6 +127,9 @@ absl::StatusOr<ObjectHistory> DecodeObjectHistory(const v1::ExplainObjectRespons
                         message.track(),
                         {},
                         message.incarnation()};
+  if (message.has_forgotten_until()) {
+    history.forgotten_until = DecodeTime(message.forgotten_until());
+  }
   for (const v1::ObjectEvent& encoded : message.events()) {
     HYPERMAP_ASSIGN_OR_RETURN(
         ObjectEvent event,

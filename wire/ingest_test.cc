@@ -74,7 +74,8 @@ TEST(ObjectHistoryOnTheWire, ComesBack) {
                                {ObjectEventKind::kMissed, at, 0, 0.0, 0.0, ""},
                                {ObjectEventKind::kMerged, at, 0, 0.0, 0.875, "cart/8/1"},
                                {ObjectEventKind::kRemoved, at, 0, 0.0, std::nullopt, ""}},
-                              77};
+                              77,
+                              absl::FromUnixSeconds(1'600'000'000)};
   v1::ExplainObjectResponse message;
   EncodeObjectHistory(history, &message);
   EXPECT_FALSE(message.events(0).has_stamp());

@@ -120,6 +120,9 @@ struct Limits {
   int64_t history_revisions = 1'000'000;
   // Time for which past revisions of a map are kept.
   absl::Duration history_age = absl::Hours(720);
+  // Time for which the evidence of fused layers is kept, so that it can be fused again or
+  // withdrawn. At least max_lateness.
+  absl::Duration observation_age = absl::Hours(720);
   // Time for which receipts are kept, so that a retry gets the answer of its first attempt.
   absl::Duration receipt_age = absl::Hours(24);
 

@@ -273,13 +273,15 @@ class JsonOutput : public Output {
   void Show(const client::ObjectHistory& history) override {
     Json events = Json::array();
     for (const client::ObjectEvent& event : history.events) events.push_back(EventJson(event));
-    Print({{"map", history.map},
-           {"revision", history.revision},
-           {"id", history.object_id},
-           {"strategy", history.strategy},
-           {"parameters", history.parameters},
-           {"track", history.track},
-           {"events", std::move(events)}});
+    Json json = {{"map", history.map},
+                 {"revision", history.revision},
+                 {"id", history.object_id},
+                 {"strategy", history.strategy},
+                 {"parameters", history.parameters},
+                 {"track", history.track},
+                 {"events", std::move(events)}};
+    if (history.forgotten_until) json["forgotten_until"] = TimeJson(*history.forgotten_until);
+    Print(json);
   }
 
   void Show(const client::PointAnswer& answer) override {

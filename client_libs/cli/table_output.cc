@@ -87,6 +87,10 @@ class TableOutput : public Output {
                     event.existence ? FormatNumber(*event.existence) : ""});
     }
     if (!table.empty()) table.Print(out_);
+    if (history.forgotten_until) {
+      out_ << "observations up to " << DescribeTime(*history.forgotten_until)
+           << " are no longer kept\n";
+    }
     Footer(absl::StrCat("object ", history.object_id, ", track ", history.track, ", fused with ",
                         history.strategy),
            history.revision);

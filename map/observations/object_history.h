@@ -49,6 +49,9 @@ struct ObjectHistory {
   std::string track;                // key of the object's first track
   std::vector<ObjectEvent> events;  // ordered by observation, including those of merged tracks
   uint64_t incarnation = 0;         // of the map to which the revision belongs
+  // Observations up to this stamp are no longer kept, so that the events do not contain theirs;
+  // nullopt: all are kept.
+  std::optional<absl::Time> forgotten_until = std::nullopt;
 
   friend bool operator==(const ObjectHistory&, const ObjectHistory&) = default;
 };

@@ -21,12 +21,16 @@ absl::string_view ObservationOutcomeName(ObservationOutcome outcome) {
   return "unknown";
 }
 
-void AppendSequence(int64_t sequence, std::vector<SequenceRange>* ranges) {
-  if (!ranges->empty() && ranges->back().last == sequence - 1) {
-    ranges->back().last = sequence;
+void AppendSequences(const SequenceRange& added, std::vector<SequenceRange>* ranges) {
+  if (!ranges->empty() && ranges->back().last == added.first - 1) {
+    ranges->back().last = added.last;
   } else {
-    ranges->push_back({sequence, sequence});
+    ranges->push_back(added);
   }
+}
+
+void AppendSequence(int64_t sequence, std::vector<SequenceRange>* ranges) {
+  AppendSequences({sequence, sequence}, ranges);
 }
 
 bool OpenedLayer::Knows(int64_t sequence) const {

@@ -45,8 +45,10 @@ struct SequenceRange {
   friend bool operator==(const SequenceRange&, const SequenceRange&) = default;
 };
 
-// Adds a sequence to ranges that ascend: extends the last one, or appends a new one. REQUIRES: the
-// sequence is greater than all in `ranges`.
+// Adds sequences to ranges that ascend: extends the last one, or appends a new one. REQUIRES: they
+// are greater than all in `ranges`.
+void AppendSequences(const SequenceRange& added, std::vector<SequenceRange>* ranges);
+// Adds one sequence.
 void AppendSequence(int64_t sequence, std::vector<SequenceRange>* ranges);
 
 // The answer to the opening of a stream of observations: the fusion settings of the layer from then

@@ -40,6 +40,10 @@ void Checkpoints::DropFrom(const storage::LogKey& key) {
   kept_.erase(kept_.lower_bound(key), kept_.end());
 }
 
+void Checkpoints::DropBefore(const storage::LogKey& key) {
+  kept_.erase(kept_.begin(), kept_.lower_bound(key));
+}
+
 int64_t Checkpoints::Append(const Checkpoints& other) {
   auto next = other.kept_.begin();
   int64_t shift = 0;

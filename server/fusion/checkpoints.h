@@ -43,6 +43,8 @@ class Checkpoints {
   void Add(const FoldPoint& point);
   // Drops the checkpoints at and after the key.
   void DropFrom(const storage::LogKey& key);
+  // Drops the checkpoints before the key.
+  void DropBefore(const storage::LogKey& key);
   // Adds the checkpoints of another fold that come after the newest one here. Returns the number
   // that was added to their positions, so that positions ascend.
   int64_t Append(const Checkpoints& other);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 
@@ -30,19 +32,23 @@ absl::StatusOr<EvidenceLog> EvidenceLog::Open(std::string layer, storage::Fusion
     log.num_facts_ = fact->number;
   }
   if (newest) log.last_ = std::max(log.last_, {*newest, 0});
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionBase> base,
+                            stored->FindBase(log.layer_));
+  if (base) {
+    log.begin_ = base->key;
+    log.last_ = std::max(log.last_, base->key);
+    log.num_facts_ = std::max(log.num_facts_, base->num_facts);
+  }
   log.complete_after_ = log.last_;
   return log;
 }
 
-absl::StatusOr<std::optional<uint64_t>> EvidenceLog::FindContentHash(const std::string& robot,
-                                                                     int64_t sequence) const {
+absl::StatusOr<std::optional<storage::FusionLog::Known>> EvidenceLog::FindObservation(
+    const std::string& robot, int64_t sequence) const {
   if (const auto added = added_.find({robot, sequence}); added != added_.end()) {
-    return added->second;
+    return storage::FusionLog::Known{added->second};
   }
-  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionLog::Known> known,
-                            stored_->FindObservation(layer_, robot, sequence));
-  if (!known) return std::nullopt;
-  return known->content_hash;
+  return stored_->FindObservation(layer_, robot, sequence);
 }
 
 absl::StatusOr<std::optional<absl::Time>> EvidenceLog::NewestStamp(const std::string& robot) {
@@ -100,6 +106,16 @@ storage::LogKey EvidenceLog::Add(std::shared_ptr<const fusion::OperatorFact> fac
 
 absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::string& robot,
                                                                  absl::Time from, absl::Time to) {
+  const absl::Time kept_after = begin_.after.stamp;
+  if (begin_ != storage::BeforeAll() && from <= kept_after) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_forgotten, stored_->HasForgotten(layer_, robot));
+    if (has_forgotten) {
+      return absl::FailedPreconditionError(absl::StrCat(
+          "evidence of ", absl::FormatTime(kept_after, absl::UTCTimeZone()),
+          " and before is no longer kept (--observation_age): observations of robot \"", robot,
+          "\" can be retracted from later times on only"));
+    }
+  }
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObservationKey> stored,
                             stored_->KeysOf(layer_, robot, from, to));
   std::set<ObservationKey> keys(stored.begin(), stored.end());
@@ -190,6 +206,12 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
   }
   while (goes_on && recent != recent_.end()) HYPERMAP_RETURN_IF_ERROR(visit_recent());
   return CheckCancelled();
+}
+
+void EvidenceLog::BeginAfter(const storage::LogKey& base) {
+  begin_ = base;
+  recent_.erase(recent_.begin(), recent_.upper_bound(base));
+  complete_after_ = std::max(complete_after_, base);
 }
 
 void EvidenceLog::TakeChange(storage::FusionChange* change) {

@@ -37,9 +37,9 @@ class EvidenceLog {
   // of its observations, and mostly little otherwise.
   absl::StatusOr<std::optional<absl::Time>> NewestStamp(const std::string& robot);
 
-  // The content hash of the observation with this name, retracted or not; nullopt if there is none.
-  absl::StatusOr<std::optional<uint64_t>> FindContentHash(const std::string& robot,
-                                                          int64_t sequence) const;
+  // The observation with this name, retracted or forgotten or not; nullopt if there is none.
+  absl::StatusOr<std::optional<storage::FusionLog::Known>> FindObservation(const std::string& robot,
+                                                                           int64_t sequence) const;
 
   // The sequence numbers of a robot's stored observations, ascending. Errors as
   // FusionLog::Sequences.
@@ -50,16 +50,23 @@ class EvidenceLog {
   // Adds a fact that an operator stated, after all other entries. Returns its key.
   storage::LogKey Add(std::shared_ptr<const fusion::OperatorFact> fact);
   // Removes the observations of a robot with from <= stamp < to. Returns their keys, in order.
+  // FAILED_PRECONDITION if some of them may be forgotten.
   absl::StatusOr<std::vector<ObservationKey>> Retract(const std::string& robot, absl::Time from,
                                                       absl::Time to);
   // The observation with this key. It may have been retracted since the last Written. DATA_LOSS if
   // it is not in the log.
   absl::StatusOr<std::shared_ptr<const Observation>> Get(const ObservationKey& key) const;
 
-  // Calls `visit` with the entries after `after`, in order, until it returns false. DATA_LOSS for a
-  // damaged entry; errors of CheckCancelled, also if only the last visit was given up.
+  // Calls `visit` with the entries after `after`, in order, until it returns false. REQUIRES:
+  // `after` is not before begin(). DATA_LOSS for a damaged entry; errors of CheckCancelled, also if
+  // only the last visit was given up.
   absl::Status Visit(const storage::LogKey& after,
                      absl::FunctionRef<bool(const Evidence&)> visit) const;
+
+  // The key after which the log has its entries: that of its base, or BeforeAll.
+  const storage::LogKey& begin() const { return begin_; }
+  // The store has moved the base of the log. REQUIRES: there are no changes since the last Written.
+  void BeginAfter(const storage::LogKey& base);
 
   // Moves the changes since the last call into `change`.
   void TakeChange(storage::FusionChange* change);
@@ -82,6 +89,7 @@ class EvidenceLog {
   // A cache: answers of NewestStamp. Names are chosen by clients, so that it is emptied when it has
   // kMaxNewestStamps.
   std::map<std::string, std::optional<absl::Time>> newest_stamps_;
+  storage::LogKey begin_ = storage::BeforeAll();
   // Upper bound of all keys; facts are added after it.
   storage::LogKey last_ = storage::BeforeAll();
   int64_t num_facts_ = 0;  // number of the newest fact

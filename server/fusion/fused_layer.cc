@@ -1,7 +1,6 @@
 #include "server/fusion/fused_layer.h"
 
 #include <algorithm>
-#include <iterator>
 #include <limits>
 #include <utility>
 
@@ -9,13 +8,15 @@
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
-#include "map/layers/semantic_layer.h"
 #include "server/fusion/explored_area.h"
 
 namespace hypermap::server {
 namespace {
 
 constexpr size_t kMaxStoredCheckpoints = 8;
+// Evidence is kept for FusionOptions::observation_age and, because a log can begin at a stored
+// checkpoint only, up to a part of that longer.
+constexpr int kBasesPerAge = 4;
 // Entries of which the folding takes so long that a restart must not repeat it.
 constexpr int64_t kLongWork = 4096;
 
@@ -26,47 +27,36 @@ uint64_t HashOf(absl::string_view bytes) {
   return hash;
 }
 
-ObjectPtr WithId(const SemanticObject& object, ObjectId id) {
-  auto copy = std::make_shared<SemanticObject>(object);
-  copy->id = id;
-  return copy;
-}
-
-// The track that an operator's object gets if it has none. Tracks of detections have keys with two
-// slashes.
-fusion::TrackKey FirstTrackOf(ObjectId id) { return absl::StrCat("operator/", id); }
-
-// Finds fused objects by label and shape, numbered as in `fused`.
-ThingIndex ThingsOf(const std::vector<fusion::FusedObject>& fused) {
-  ThingIndex things;
-  for (size_t i = 0; i < fused.size(); ++i) things.Add(fused[i].object, i);
-  return things;
-}
-
-// Binary search: strategies return objects sorted by track.
-bool Holds(const std::vector<fusion::FusedObject>& fused, const fusion::TrackKey& track) {
-  const auto it =
-      std::lower_bound(fused.begin(), fused.end(), track,
-                       [](const auto& object, const auto& key) { return object.track < key; });
-  return it != fused.end() && it->track == track;
-}
-
 // Of stored checkpoints, ordered by key, those that may be dropped. Their stamps stand for their
-// positions.
-std::vector<storage::LogKey> DispensableOf(std::vector<storage::LogKey> keys,
-                                           absl::Duration max_age) {
+// positions. Those that are older than max_lateness serve only as future bases of the log, but for
+// the newest of them.
+std::vector<storage::LogKey> DispensableOf(std::vector<storage::FusionLog::CheckpointKey> kept,
+                                           const FusionOptions& options) {
   std::vector<storage::LogKey> dropped;
   const auto drop = [&](size_t i) {
-    dropped.push_back(keys[i]);
-    keys.erase(keys.begin() + static_cast<std::ptrdiff_t>(i));
+    dropped.push_back(kept[i].key);
+    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(i));
   };
-  const absl::Time newest = keys.back().after.stamp;
-  while (keys.size() >= 2 && keys[1].after.stamp < newest - max_age) drop(0);
-  while (keys.size() > kMaxStoredCheckpoints) {
+  const absl::Time late_from = kept.back().key.after.stamp - options.max_lateness;
+  const absl::Duration between_bases = options.observation_age / kBasesPerAge;
+  absl::Time next_base = options.observation_age < absl::InfiniteDuration()
+                             ? absl::InfinitePast()
+                             : absl::InfiniteFuture();
+  size_t bases = 0;  // those at the front of `kept`
+  while (bases + 1 < kept.size() && kept[bases + 1].key.after.stamp < late_from) {
+    if (kept[bases].stored_at < next_base) {
+      drop(bases);
+    } else {
+      next_base = kept[bases++].stored_at + between_bases;
+    }
+  }
+  while (kept.size() > bases + kMaxStoredCheckpoints) {
     std::vector<int64_t> stamps_ns;
-    stamps_ns.reserve(keys.size());
-    for (const storage::LogKey& key : keys) stamps_ns.push_back(absl::ToUnixNanos(key.after.stamp));
-    drop(MostDispensable(stamps_ns, stamps_ns.back()));
+    stamps_ns.reserve(kept.size() - bases);
+    for (size_t i = bases; i < kept.size(); ++i) {
+      stamps_ns.push_back(absl::ToUnixNanos(kept[i].key.after.stamp));
+    }
+    drop(bases + MostDispensable(stamps_ns, stamps_ns.back()));
   }
   return dropped;
 }
@@ -86,6 +76,7 @@ FusedLayer::FusedLayer(std::string layer, storage::FusionSettings settings,
       log_(std::move(log)),
       stored_(stored),
       options_(options),
+      shown_(layer_),
       fold_(strategy_, options, options->max_checkpoint_bytes) {}
 
 std::unique_ptr<FusedLayer> FusedLayer::Copy() const {
@@ -118,44 +109,11 @@ absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
           {{absl::FromUnixNanos(std::numeric_limits<int64_t>::max()), "", 0}, 0}));
   (*fused)->fold_.RestartAt(std::move(checkpoint));
   HYPERMAP_RETURN_IF_ERROR((*fused)->FoldOn());
-  HYPERMAP_RETURN_IF_ERROR((*fused)->LoadShown(snapshot));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::TrackId> tracks, stored->Tracks(layer));
+  (*fused)->shown_.Load(tracks, snapshot, (*fused)->ObjectsOfTip());
   (*fused)->new_entries_ = (*fused)->fold_.tip().position;
   (*fused)->CountBytes();
   return fused;
-}
-
-absl::Status FusedLayer::LoadShown(const Snapshot& snapshot) {
-  const SemanticLayer* layer = snapshot.FindSemantic(layer_);
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::TrackId> tracks, stored_->Tracks(layer_));
-  for (const auto& [track, id] : tracks) {
-    if (id == 0) continue;
-    ids_[track] = id;
-    tracks_by_id_.emplace(id, track);
-    const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(id);
-    if (object) shown_[track] = {id, WithId(*object, 0)};
-  }
-  // Of the tracks that have shown an object, the strategy shows one at most. If it shows none, the
-  // next Diff removes the object.
-  std::set<ObjectId> of_tip;
-  const std::vector<fusion::FusedObject> fused = strategy_->Objects(fold_.tip().state);
-  for (const fusion::FusedObject& object : fused) {
-    const auto shown = shown_.find(object.track);
-    if (shown != shown_.end()) of_tip.insert(shown->second.id);
-  }
-  for (auto it = shown_.begin(); it != shown_.end();) {
-    const bool is_former = of_tip.count(it->second.id) > 0 && !Holds(fused, it->first);
-    it = is_former ? shown_.erase(it) : std::next(it);
-  }
-  return absl::OkStatus();
-}
-
-std::vector<fusion::TrackKey> FusedLayer::TracksOf(ObjectId id) const {
-  std::vector<fusion::TrackKey> tracks;
-  for (auto it = tracks_by_id_.lower_bound({id, ""}); it != tracks_by_id_.end() && it->first == id;
-       ++it) {
-    tracks.push_back(it->second);
-  }
-  return tracks;
 }
 
 absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
@@ -194,16 +152,21 @@ absl::StatusOr<FusedLayer::Judged> FusedLayer::Judge(const Observation& observat
   // has moved meanwhile.
   std::string sent = options_->codec.encode_observation(observation);
   const uint64_t hash = HashOf(sent);
-  HYPERMAP_ASSIGN_OR_RETURN(std::optional<uint64_t> known,
-                            log_.FindContentHash(observation.robot, observation.sequence));
+  HYPERMAP_ASSIGN_OR_RETURN(std::optional<storage::FusionLog::Known> known,
+                            log_.FindObservation(observation.robot, observation.sequence));
   if (!known && expected != nullptr) {
-    const auto it = expected->hashes.find({observation.robot, observation.sequence});
-    if (it != expected->hashes.end()) known = it->second;
+    const auto it = expected->known.find({observation.robot, observation.sequence});
+    if (it != expected->known.end()) known = it->second;
   }
   if (known) {
+    if (!known->content_hash) {
+      return verdict(ObservationOutcome::kDuplicate,
+                     "an observation of this robot and sequence was there; it is no longer kept");
+    }
     const bool is_same =
-        *known == hash || (options_->codec.encode_observation_01 &&
-                           *known == HashOf(options_->codec.encode_observation_01(observation)));
+        known->content_hash == hash ||
+        (options_->codec.encode_observation_01 &&
+         known->content_hash == HashOf(options_->codec.encode_observation_01(observation)));
     if (is_same) return verdict(ObservationOutcome::kDuplicate, "is there already");
     return verdict(ObservationOutcome::kConflict,
                    "another observation of this robot and sequence is there already");
@@ -219,6 +182,13 @@ absl::StatusOr<FusedLayer::Judged> FusedLayer::Judge(const Observation& observat
                    absl::StrCat("stamp lies ", absl::FormatDuration(observation.stamp - now),
                                 " ahead of the server's clock, --max_lateness is ",
                                 absl::FormatDuration(options_->max_lateness)));
+  }
+  if (storage::LogKey{KeyOf(observation), 0} <= log_.begin()) {
+    return verdict(ObservationOutcome::kRefusedLate,
+                   absl::StrCat("the layer no longer keeps the evidence of ",
+                                absl::FormatTime(log_.begin().after.stamp, absl::UTCTimeZone()),
+                                " and before, --observation_age is ",
+                                absl::FormatDuration(options_->observation_age)));
   }
   // An observation is late relative to the newest one of its own robot; the clocks of other robots
   // do not count. A robot whose clock was ahead and has been corrected is judged by the server's
@@ -267,8 +237,8 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
 absl::StatusOr<int64_t> FusedLayer::EntriesToFold(const Observation& observation) const {
   const storage::LogKey key{KeyOf(observation), 0};
   if (fold_.tip().key < key) return 1;
-  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<uint64_t> known,
-                            log_.FindContentHash(observation.robot, observation.sequence));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto known,
+                            log_.FindObservation(observation.robot, observation.sequence));
   return known ? 0 : EntriesAfter(key);
 }
 
@@ -291,7 +261,7 @@ absl::StatusOr<bool> FusedLayer::BeginLate(Lane lane,
                               Judge(*observation, now, snapshot, limits, &expected, nullptr));
     if (!judged.kept) continue;
     const storage::LogKey key{judged.logged.key, 0};
-    expected.hashes[{key.after.robot, key.after.sequence}] = judged.logged.content_hash;
+    expected.known[{key.after.robot, key.after.sequence}] = {judged.logged.content_hash};
     absl::Time& newest = expected.newest.emplace(key.after.robot, key.after.stamp).first->second;
     newest = std::max(newest, key.after.stamp);
     late[key] = {std::move(judged.kept), std::move(judged.logged.body)};
@@ -322,9 +292,9 @@ absl::StatusOr<FusedLayer::FoldedFacts> FusedLayer::FoldFacts(
   for (const auto& [kind, object] : edits) {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     // The fact would remove the other object, which is in the same place.
-    if (kind == fusion::OperatorFact::Kind::kRemove && HasLostItsTrack(object->id)) continue;
+    if (kind == fusion::OperatorFact::Kind::kRemove && shown_.HasLostItsTrack(object->id)) continue;
     auto fact = std::make_shared<fusion::OperatorFact>(
-        fusion::OperatorFact{kind, TrackOf(object->id), *object});
+        fusion::OperatorFact{kind, shown_.TrackOf(object->id), *object});
     fact->object.id = 0;
     fold->Add(*fact);
     folded.facts.push_back({object->id, std::move(fact)});
@@ -338,17 +308,7 @@ void FusedLayer::Tell(FoldedFacts folded) {
   if (folded.facts.empty()) return;
   storage::LogKey last;
   for (const auto& [id, fact] : folded.facts) {
-    const fusion::TrackKey& track = fact->track;
-    const auto known = ids_.find(track);
-    if (known == ids_.end() || known->second != id) SetId(track, id);
-    if (fact->kind == fusion::OperatorFact::Kind::kPin) {
-      const ObjectPtr told(fact, &fact->object);  // Shares the memory of the fact.
-      shown_[track] = {id, told};
-      pinned_[track] = told;
-    } else {
-      shown_.erase(track);
-      pinned_.erase(track);
-    }
+    shown_.Tell(fact, id);
     last = log_.Add(fact);
     ChangeLate(last, std::nullopt);
   }
@@ -375,6 +335,12 @@ absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time
 }
 
 absl::Status FusedLayer::Rebuild(const storage::FusionSettings& settings) {
+  if (settings.strategy != settings_.strategy && log_.begin() != storage::BeforeAll()) {
+    return absl::FailedPreconditionError(absl::StrCat(
+        "evidence of ", absl::FormatTime(log_.begin().after.stamp, absl::UTCTimeZone()),
+        " and before is no longer kept (--observation_age): the strategy \"", settings.strategy,
+        "\" can't go on from what \"", settings_.strategy, "\" made of it"));
+  }
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<fusion::Strategy> strategy,
                             options_->make_strategy(settings.strategy, settings.parameters));
   ChangedAt(storage::BeforeAll());
@@ -421,7 +387,16 @@ absl::StatusOr<FoldPoint> FusedLayer::CheckpointBefore(const storage::LogKey& ke
     // A checkpoint of another version may not be readable. It is only a shortcut: the log has all.
     if (state.ok()) return FoldPoint{stored->key, *state};
   }
-  return FoldPoint{storage::BeforeAll(), strategy_->Initial()};
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionBase> base,
+                            stored_->FindBase(layer_));
+  return BeginningOfLog(base, *strategy_);
+}
+
+void FusedLayer::Forget(const storage::LogKey& base) {
+  log_.BeginAfter(base);
+  fold_.DropBefore(base);
+  // They may have begun with what is forgotten. What is judged late once more begins again.
+  for (std::optional<LateFold>& late : late_) late.reset();
 }
 
 absl::Status FusedLayer::FoldOn() {
@@ -462,7 +437,6 @@ void FusedLayer::CountBytes() {
 }
 
 absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
-  new_objects_.clear();
   std::vector<Edit> edits;
   if (changed_at_) {
     // Entries after the tip are folded onto it; earlier ones need a restart at a checkpoint.
@@ -476,7 +450,7 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
   }
   if (!tip_is_shown_) {
     CountBytes();
-    Diff(snapshot, &edits);
+    shown_.Show(ObjectsOfTip(), snapshot, &edits);
     tip_is_shown_ = true;
   }
   HYPERMAP_RETURN_IF_ERROR(MarkExplored(snapshot, &edits));
@@ -499,8 +473,9 @@ absl::Status FusedLayer::MarkExplored(const Snapshot& snapshot, std::vector<Edit
   }
   if (forgotten.empty()) return absl::OkStatus();
   // Cells do not count how many observations explored them, so that the remaining observations near
-  // the retracted ones are marked again. Costs a pass over the log.
-  return log_.Visit(storage::BeforeAll(), [&](const Evidence& evidence) {
+  // the retracted ones are marked again. Of what only forgotten observations saw, robots look at it
+  // once more. Costs a pass over the log.
+  return log_.Visit(log_.begin(), [&](const Evidence& evidence) {
     if (!evidence.observation || evidence.observation->free_space.empty()) return true;
     const Polygon& free_space = evidence.observation->free_space;
     if (forgotten.Intersects(free_space.bounds())) area.Mark(free_space, edits);
@@ -508,155 +483,13 @@ absl::Status FusedLayer::MarkExplored(const Snapshot& snapshot, std::vector<Edit
   });
 }
 
-fusion::TrackKey FusedLayer::TrackOf(ObjectId id) const {
-  const std::vector<fusion::TrackKey> tracks = TracksOf(id);
-  for (const fusion::TrackKey& track : tracks) {
-    const auto shown = shown_.find(track);
-    if (shown != shown_.end() && shown->second.id == id) return track;
-  }
-  if (!tracks.empty()) return tracks.front();
-  const fusion::TrackKey first = FirstTrackOf(id);
-  fusion::TrackKey own = first;
-  for (int i = 2; IsTrackOfAnother(own, id); ++i) own = absl::StrCat(first, "#", i);
-  return own;
-}
-
-bool FusedLayer::HasLostItsTrack(ObjectId id) const {
-  return TracksOf(id).empty() && IsTrackOfAnother(FirstTrackOf(id), id);
-}
-
-bool FusedLayer::IsTrackOfAnother(const fusion::TrackKey& track, ObjectId id) const {
-  const auto known = ids_.find(track);
-  return known != ids_.end() && known->second != 0 && known->second != id;
-}
-
-void FusedLayer::SetId(const fusion::TrackKey& track, ObjectId id) {
-  ObjectId& own = ids_[track];
-  tracks_by_id_.erase({own, track});
-  tracks_by_id_.emplace(id, track);
-  own = id;
-  changed_tracks_.insert(track);
-}
-
-void FusedLayer::AdoptPinned(const std::vector<fusion::FusedObject>& fused) {
-  std::optional<ThingIndex> things;
-  for (const auto& [track, object] : std::exchange(pinned_, {})) {
-    const auto own = shown_.find(track);
-    if (own == shown_.end() || Holds(fused, track)) continue;
-    if (!things) things = ThingsOf(fused);
-    const std::optional<size_t> taken_over = things->Find(*object);
-    if (!taken_over) {
-      // The strategy shows no such object. The operator's stays on the map, without a track, so
-      // that fusion never changes it.
-      for (const fusion::TrackKey& former : TracksOf(own->second.id)) SetId(former, 0);
-      shown_.erase(own);
-      continue;
-    }
-    // The strategy gave the pin to another track. That track now shows the operator's object, under
-    // the operator's id; its former object is left to a track that is gone, so that Diff removes
-    // it.
-    const fusion::TrackKey& by = fused[*taken_over].track;
-    Shown& other = shown_[by];
-    std::swap(other, own->second);
-    SetId(by, other.id);
-    if (own->second.id == 0) shown_.erase(own);
-  }
-}
-
-void FusedLayer::Put(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits) {
-  // A track that comes back gets the id that it had, for which the edit is allowed to revive.
-  if (shown->id == 0) {
-    const auto known = ids_.find(fused.track);
-    if (known != ids_.end()) shown->id = known->second;
-  }
-  if (shown->id == 0) new_objects_[edits->size()] = fused.track;
-  shown->object = fused.object;
-  PutObject put{layer_, *fused.object, "", /*revive=*/true};
-  put.object.id = shown->id;
-  edits->push_back(std::move(put));
-}
-
-void FusedLayer::Diff(const Snapshot& snapshot, std::vector<Edit>* edits) {
-  const std::vector<fusion::FusedObject> fused = strategy_->Objects(fold_.tip().state);
-  AdoptPinned(fused);
-  // A merge of two lists that are sorted by track. New tracks are shown at the end, because only
-  // then all objects are known that they can inherit an id from.
-  std::vector<Shown> gone;
-  std::vector<const fusion::FusedObject*> come;
-  auto shown = shown_.begin();
-  const auto drop_until = [&](const fusion::TrackKey* track) {
-    while (shown != shown_.end() && (track == nullptr || shown->first < *track)) {
-      gone.push_back(std::move(shown->second));
-      shown = shown_.erase(shown);
-    }
-  };
-  for (const fusion::FusedObject& object : fused) {
-    drop_until(&object.track);
-    if (shown == shown_.end() || shown->first != object.track) {
-      if (Validate(*object.object).ok()) come.push_back(&object);
-      continue;
-    }
-    Show(object, &shown->second, edits);
-    ++shown;
-  }
-  drop_until(nullptr);
-  ThingIndex gone_things;
-  for (size_t i = 0; i < gone.size(); ++i) {
-    if (gone[i].id != 0) gone_things.Add(gone[i].object, i);
-  }
-  for (const fusion::FusedObject* object : come) {
-    Shown& entry = shown_[object->track];
-    if (ids_.count(object->track) == 0) Inherit(*object, &gone_things, &gone, &entry);
-    Show(*object, &entry, edits);
-  }
-  Remove(gone, snapshot, edits);
-}
-
-void FusedLayer::Show(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits) {
-  // States share unchanged objects, so that most are equal by pointer.
-  if (shown->object == fused.object) return;
-  if (shown->object && *shown->object == *fused.object) {
-    shown->object = fused.object;
-    return;
-  }
-  if (Validate(*fused.object).ok()) Put(fused, shown, edits);
-}
-
-void FusedLayer::Inherit(const fusion::FusedObject& fused, ThingIndex* gone_things,
-                         std::vector<Shown>* gone, Shown* shown) {
-  const std::optional<size_t> same = gone_things->Take(*fused.object);
-  if (!same) return;
-  *shown = std::exchange((*gone)[*same], Shown());
-  SetId(fused.track, shown->id);
-}
-
-void FusedLayer::Remove(const std::vector<Shown>& gone, const Snapshot& snapshot,
-                        std::vector<Edit>* edits) {
-  if (gone.empty()) return;
-  // Another track may show the object by now, and an operator may have deleted it.
-  std::set<ObjectId> kept = {0};
-  for (const auto& [track, shown] : shown_) kept.insert(shown.id);
-  const SemanticLayer* layer = snapshot.FindSemantic(layer_);
-  for (const Shown& object : gone) {
-    if (kept.insert(object.id).second && layer != nullptr && layer->Find(object.id)) {
-      edits->push_back(DeleteObject{layer_, object.id});
-    }
-  }
-}
-
 storage::FusionChange FusedLayer::Finish(absl::Span<const ObjectId> object_ids) {
-  for (const auto& [edit, track] : new_objects_) {
-    shown_[track].id = object_ids[edit];
-    SetId(track, object_ids[edit]);
-  }
-  new_objects_.clear();
+  shown_.Assign(object_ids);
   storage::FusionChange change;
   change.layer = layer_;
   if (std::exchange(settings_changed_, false)) change.settings = settings_;
   log_.TakeChange(&change);
-  for (const fusion::TrackKey& track : std::exchange(changed_tracks_, {})) {
-    change.tracks.emplace_back(track, ids_[track]);
-  }
+  change.tracks = shown_.TakeChanges();
   change.stale_from = std::exchange(stale_from_, std::nullopt);
   return change;
 }
@@ -674,10 +507,13 @@ absl::Status FusedLayer::KeepCheckpoint(int64_t min_entries) {
   if (strategy_->ByteSize(tip.state, nullptr) > options_->max_checkpoint_bytes) {
     return absl::OkStatus();
   }
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::LogKey> keys, stored_->CheckpointKeys(layer_));
-  keys.push_back(tip.key);
-  absl::Status status = stored_->KeepCheckpoint(layer_, {tip.key, strategy_->Encode(tip.state)},
-                                                DispensableOf(keys, options_->max_lateness));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<storage::FusionLog::CheckpointKey> kept,
+                            stored_->Checkpoints(layer_));
+  const absl::Time now = options_->commit_clock ? options_->commit_clock() : absl::InfiniteFuture();
+  kept.push_back({tip.key, now});
+  absl::Status status =
+      stored_->KeepCheckpoint(layer_, {tip.key, strategy_->Encode(tip.state), now},
+                              DispensableOf(std::move(kept), *options_));
   if (status.ok()) new_entries_ = 0;
   return status;
 }

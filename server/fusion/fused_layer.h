@@ -8,9 +8,7 @@
 #include <map>
 #include <memory>
 #include <optional>
-#include <set>
 #include <string>
-#include <unordered_map>
 #include <utility>
 #include <vector>
 
@@ -31,7 +29,7 @@
 #include "server/fusion/fusion_options.h"
 #include "server/fusion/late_fold.h"
 #include "server/fusion/log_fold.h"
-#include "server/fusion/thing_index.h"
+#include "server/fusion/shown_tracks.h"
 #include "storage/fusion_log.h"
 
 namespace hypermap::server {
@@ -76,7 +74,7 @@ class FusedLayer {
   const EvidenceLog& log() const { return log_; }
 
   // The tracks that the object shows or has shown, sorted; empty if fusion did not make it.
-  std::vector<fusion::TrackKey> TracksOf(ObjectId id) const;
+  std::vector<fusion::TrackKey> TracksOf(ObjectId id) const { return shown_.TracksOf(id); }
 
   // Judges an observation in the form in which it was sent, and adds it to the log if it is
   // accepted. `now` is the server's time. Adds the stamp of a new observation to `clocks`.
@@ -129,9 +127,11 @@ class FusedLayer {
   void Tell(FoldedFacts folded);
 
   // Retracts the observations of a robot with from <= stamp < to. Returns their number.
+  // FAILED_PRECONDITION if some of them may be forgotten.
   absl::StatusOr<int64_t> Retract(const std::string& robot, absl::Time from, absl::Time to);
 
-  // Makes Fold start at the beginning of the log, with other settings.
+  // Makes Fold start at the beginning of the log, with other settings. What evidence before it did
+  // stays as it is, so that there the strategy can't change: FAILED_PRECONDITION.
   absl::Status Rebuild(const storage::FusionSettings& settings);
   // Sets the layer on which observations mark explored floor, from the next one on.
   void SetExplorationLayer(const std::string& layer);
@@ -150,6 +150,10 @@ class FusedLayer {
   // max_checkpoint_bytes are not stored.
   absl::Status KeepCheckpoint(int64_t min_entries);
 
+  // The store has forgotten the entries up to `base`, whose state is a checkpoint of this layer.
+  // REQUIRES: there are no changes since the last Written.
+  void Forget(const storage::LogKey& base);
+
   // Bytes of memory that the layer's state and checkpoints take: an estimate.
   int64_t bytes() const { return bytes_; }
   // Bytes by which the observation makes it grow at most: an estimate.
@@ -158,12 +162,6 @@ class FusedLayer {
   }
 
  private:
-  // The object that shows a track.
-  struct Shown {
-    ObjectId id = 0;   // 0: not on the map yet
-    ObjectPtr object;  // with id 0, so that it can be compared with a FusedObject
-  };
-
   // The judgement of an observation; with what the log gets, if it is accepted.
   struct Judged {
     ObservationVerdict verdict;
@@ -176,16 +174,19 @@ class FusedLayer {
              storage::FusionLog* stored, const FusionOptions* options);
   FusedLayer(const FusedLayer&) = default;
 
-  // Loads ids_ from the store, and shown_ from the snapshot, as the tip shows it.
-  absl::Status LoadShown(const Snapshot& snapshot);
+  // What the strategy shows of the tip.
+  std::vector<fusion::FusedObject> ObjectsOfTip() const {
+    return strategy_->Objects(fold_.tip().state);
+  }
   // Returns the observation in the layer's frame, decoded from the bytes that are stored (`body`).
   // `sent` is the encoded observation.
   absl::StatusOr<Observation> AsKept(const Observation& observation, const Snapshot& snapshot,
                                      std::string sent, std::string* body) const;
   // Observations that the log is about to get, as the judgement of later ones depends on them.
   struct Expected {
-    std::map<std::pair<std::string, int64_t>, uint64_t> hashes;  // by robot and sequence
-    std::map<std::string, absl::Time> newest;                    // stamps by robot
+    // By robot and sequence.
+    std::map<std::pair<std::string, int64_t>, storage::FusionLog::Known> known;
+    std::map<std::string, absl::Time> newest;  // stamps by robot
   };
   // Judges as Admit does, as if the log had the expected observations, which may be null. Changes
   // nothing but `clocks`, which may be null.
@@ -196,7 +197,8 @@ class FusedLayer {
   int64_t EntriesAfter(const storage::LogKey& key) const;
   // Folds all entries after the tip.
   absl::Status FoldOn();
-  // The newest valid checkpoint before `key`, in memory or stored, or the state without evidence.
+  // The newest valid checkpoint before `key`, in memory or stored, or else the beginning of the
+  // log.
   absl::StatusOr<FoldPoint> CheckpointBefore(const storage::LogKey& key);
   // Goes on from the work of a lane whose observations have arrived. Returns false if there is none
   // that goes further than the checkpoints.
@@ -209,25 +211,6 @@ class FusedLayer {
   // was added, `body` is its encoded form.
   void ChangeLate(const storage::LogKey& key, std::optional<absl::string_view> body);
 
-  // The object's track; for an object without one, a key for a track of its own.
-  fusion::TrackKey TrackOf(ObjectId id) const;
-  // Whether the object has lost its track to another object, so that fusion knows nothing of it.
-  bool HasLostItsTrack(ObjectId id) const;
-  // Whether the track shows or has shown another object than this one.
-  bool IsTrackOfAnother(const fusion::TrackKey& track, ObjectId id) const;
-  void SetId(const fusion::TrackKey& track, ObjectId id);
-  // Assigns each object that an operator put to the track that the strategy made of it.
-  void AdoptPinned(const std::vector<fusion::FusedObject>& fused);
-  // Adds the edits that turn shown_ into the objects of the state.
-  void Diff(const Snapshot& snapshot, std::vector<Edit>* edits);
-  // Adds an edit if `shown` differs from the fused object.
-  void Show(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
-  void Put(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
-  // Lets a new track keep the id of an equal object of a track that is gone: late evidence can give
-  // a thing another founder, and so another track key. `gone_things` has the objects of `gone`.
-  void Inherit(const fusion::FusedObject& fused, ThingIndex* gone_things, std::vector<Shown>* gone,
-               Shown* shown);
-  void Remove(const std::vector<Shown>& gone, const Snapshot& snapshot, std::vector<Edit>* edits);
   absl::Status MarkExplored(const Snapshot& snapshot, std::vector<Edit>* edits) const;
 
   const std::string layer_;
@@ -237,29 +220,19 @@ class FusedLayer {
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
 
+  ShownTracks shown_;
   LogFold fold_;  // its tip is the state that the layer shows
   std::array<std::optional<LateFold>, kNumLanes> late_;  // the work of each lane
   int64_t bytes_ = 0;
   int64_t new_entries_ = 0;  // entries that no stored checkpoint contains
 
-  std::map<fusion::TrackKey, Shown> shown_;
-  // The ids of all tracks. A track that is not shown any more keeps its id, so that the object gets
-  // it again if the track comes back.
-  std::unordered_map<fusion::TrackKey, ObjectId> ids_;
-  // The same pairs, sorted by id.
-  std::set<std::pair<ObjectId, fusion::TrackKey>> tracks_by_id_;
-
-  // Changes that are not folded yet: the first changed key, the free space of accepted and of
-  // retracted observations, and the objects that an operator put.
+  // Changes that are not folded yet: the first changed key, and the free space of accepted and of
+  // retracted observations.
   std::optional<storage::LogKey> changed_at_;
   bool tip_is_shown_ = true;  // Whether Fold has returned the edits that show the tip.
   std::vector<Polygon> explored_;
   std::vector<Polygon> not_explored_;
-  std::map<fusion::TrackKey, ObjectPtr> pinned_;
-  // Result of the last Fold: the track of each edit that puts a new object, by the edit's index.
-  std::map<size_t, fusion::TrackKey> new_objects_;
   // Changes since the last Finish.
-  std::set<fusion::TrackKey> changed_tracks_;
   bool settings_changed_ = false;
   std::optional<storage::LogKey> stale_from_;
   // Stored checkpoints from this key on are invalid; the store removes them when it writes the

@@ -38,8 +38,13 @@ struct FusionOptions {
   std::string default_strategy;
   // The server's clock, by which stamps are judged; null: that of commit times.
   std::function<absl::Time()> clock = nullptr;
+  // The clock of commit times, by which checkpoints are dated. Set by the session. Null: evidence
+  // is kept for ever.
+  std::function<absl::Time()> commit_clock = nullptr;
   // Limit of an observation's stamp behind the newest one of its robot, and ahead of the clock.
   absl::Duration max_lateness = Limits().max_lateness;
+  // Time after its arrival for which evidence is kept at least. Infinite: for ever.
+  absl::Duration observation_age = Limits().observation_age;
   // Number of log entries between two checkpoints in memory, and between two stored ones.
   int entries_per_checkpoint = 16;
   int entries_per_stored_checkpoint = 256;

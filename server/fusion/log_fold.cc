@@ -2,7 +2,22 @@
 
 #include <utility>
 
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+
 namespace hypermap::server {
+
+absl::StatusOr<FoldPoint> BeginningOfLog(const std::optional<storage::FusionBase>& base,
+                                         const fusion::Strategy& strategy) {
+  if (!base) return FoldPoint{storage::BeforeAll(), strategy.Initial()};
+  absl::StatusOr<fusion::StatePtr> state = strategy.Decode(base->state);
+  if (!state.ok()) {
+    return absl::DataLossError(
+        absl::StrCat("the state with which the log of evidence begins can't be read: ",
+                     state.status().message()));
+  }
+  return FoldPoint{base->key, *std::move(state)};
+}
 
 LogFold::LogFold(std::shared_ptr<const fusion::Strategy> strategy, const FusionOptions* options,
                  int64_t max_checkpoint_bytes)

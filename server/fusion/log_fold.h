@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 
+#include "absl/status/statusor.h"
 #include "map/fusion/strategy.h"
 #include "server/fusion/checkpoints.h"
 #include "server/fusion/evidence.h"
@@ -13,6 +14,11 @@
 #include "storage/fusion_log.h"
 
 namespace hypermap::server {
+
+// Where the fold of a log begins: at its base, or without evidence if it has none. DATA_LOSS if the
+// state of the base can't be read.
+absl::StatusOr<FoldPoint> BeginningOfLog(const std::optional<storage::FusionBase>& base,
+                                         const fusion::Strategy& strategy);
 
 // A value: copies share their states. Not thread safe.
 class LogFold {
@@ -34,6 +40,8 @@ class LogFold {
   void AddCheckpoint();
   // Drops the checkpoints at and after the key, because the log has changed there.
   void DropFrom(const storage::LogKey& key) { checkpoints_.DropFrom(key); }
+  // Drops the checkpoints before the key, because the log has forgotten the entries up to it.
+  void DropBefore(const storage::LogKey& key) { checkpoints_.DropBefore(key); }
   // Goes on from the tip of `other`, and takes over its checkpoints that come after those here,
   // which must be of the same entries.
   void TakeOver(const LogFold& other);

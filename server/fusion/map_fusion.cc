@@ -351,6 +351,25 @@ int64_t MapFusion::bytes() const {
   return bytes;
 }
 
+absl::StatusOr<std::vector<std::string>> MapFusion::ForgetEvidence(absl::Time stored_before) {
+  std::vector<std::string> moved;
+  for (const auto& [layer, settings] : settings_) {
+    HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionCheckpoint> base,
+                              stored_->FindNextBase(layer, stored_before));
+    if (!base) continue;
+    // A state of another version may not be readable. Later ones will be.
+    HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<fusion::Strategy> strategy,
+                              options_->make_strategy(settings.strategy, settings.parameters));
+    if (!strategy->Decode(base->state).ok()) continue;
+    HYPERMAP_RETURN_IF_ERROR(stored_->MoveBase(layer, base->key));
+    if (const auto open = layers_.find(layer); open != layers_.end()) {
+      open->second->Forget(base->key);
+    }
+    moved.push_back(layer);
+  }
+  return moved;
+}
+
 void MapFusion::KeepCheckpoints() {
   for (const auto& [name, layer] : layers_) layer->KeepCheckpoint(1).IgnoreError();
 }

@@ -137,6 +137,10 @@ class MapFusion {
   void Written();
   // Drops all layers and reads the settings from the store again.
   absl::Status Reset();
+  // Forgets the evidence up to checkpoints that were stored before `stored_before`. Changes nothing
+  // that layers show. Returns the layers whose logs begin later now. Errors of the log. REQUIRES:
+  // all revisions are stored.
+  absl::StatusOr<std::vector<std::string>> ForgetEvidence(absl::Time stored_before);
   // Stores a checkpoint of each loaded layer with entries that no stored checkpoint contains.
   void KeepCheckpoints();
 

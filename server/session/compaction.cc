@@ -1,7 +1,9 @@
 #include "server/session/compaction.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
@@ -47,19 +49,31 @@ absl::StatusOr<Revision> Compaction::OldestToKeep(Revision newest) const {
   return std::min(oldest, newest);
 }
 
-absl::StatusOr<bool> Compaction::StepOfPass(Revision newest) {
+absl::Status Compaction::ForgetEvidence(MapFusion* fusion) {
+  if (limits_.observation_age == absl::InfiniteDuration()) return absl::OkStatus();
+  const absl::Time before = time_->CommitTimeBefore(limits_.observation_age);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> layers, fusion->ForgetEvidence(before));
+  for (const std::string& layer : layers) {
+    logging::Log(logging::Level::kInfo, "old evidence is no longer kept",
+                 {{"map", map_}, {"layer", layer}, {"before", absl::FormatTime(before)}});
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<bool> Compaction::StepOfPass(Revision newest, MapFusion* fusion) {
   if (!under_way_) {
     revision_of_last_pass_ = newest;
     HYPERMAP_ASSIGN_OR_RETURN(const Revision oldest, OldestToKeep(newest));
     oldest_ = oldest;
     receipts_before_ = time_->CommitTimeBefore(limits_.receipt_age) + absl::Nanoseconds(1);
+    HYPERMAP_RETURN_IF_ERROR(ForgetEvidence(fusion));
   }
   return stored_->Compact(oldest_, receipts_before_, kRowsPerStep);
 }
 
-void Compaction::Step(Revision newest) {
+void Compaction::Step(Revision newest, MapFusion* fusion) {
   const absl::Duration now = time_->Passed();
-  const absl::StatusOr<bool> more = StepOfPass(newest);
+  const absl::StatusOr<bool> more = StepOfPass(newest, fusion);
   if (!more.ok()) {
     logging::Log(logging::Level::kWarning, "history can't be compacted",
                  {{"map", map_}, {"problem", more.status().ToString()}});

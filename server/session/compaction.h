@@ -1,4 +1,4 @@
-// Compaction of a map's history.
+// Compaction of a map's history and of its evidence.
 #ifndef HYPERMAP_SERVER_SESSION_COMPACTION_H_
 #define HYPERMAP_SERVER_SESSION_COMPACTION_H_
 
@@ -10,19 +10,21 @@
 #include "absl/time/time.h"
 #include "base/limits/limits.h"
 #include "map/snapshot.h"
+#include "server/fusion/map_fusion.h"
 #include "server/session/history_pool.h"
 #include "server/session/map_time.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
 
-// Removes old history and receipts in passes of small steps, so that no edit waits long. Used by
-// the map's writer between two groups. Not thread safe.
+// Removes old history, receipts and evidence in passes of small steps, so that no edit waits long.
+// Used by the map's writer between two groups. Not thread safe.
 class Compaction {
  public:
   // A revision is kept while both limits.history_revisions and limits.history_age keep it; the
-  // newest is always kept. Ages are time that passed by `time`, not by the wall clock. The pointers
-  // must outlive this. `map` is the name in log lines.
+  // newest is always kept. Evidence is kept for limits.observation_age. Ages are time that passed
+  // by `time`, not by the wall clock. The pointers must outlive this. `map` is the name in log
+  // lines.
   Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history, const MapTime* time,
              const Limits& limits);
 
@@ -32,14 +34,15 @@ class Compaction {
   absl::Duration next() const;
 
   // Begins a pass, or continues the current one; takes a few milliseconds. A pass that fails is
-  // logged, and begun again later.
-  void Step(Revision newest);
+  // logged, and begun again later. `fusion` is the map's.
+  void Step(Revision newest, MapFusion* fusion);
 
  private:
   // The oldest revision that the limits keep.
   absl::StatusOr<Revision> OldestToKeep(Revision newest) const;
   // Returns whether the pass has more to do.
-  absl::StatusOr<bool> StepOfPass(Revision newest);
+  absl::StatusOr<bool> StepOfPass(Revision newest, MapFusion* fusion);
+  absl::Status ForgetEvidence(MapFusion* fusion);
 
   const std::string map_;
   storage::StoredMap* const stored_;

@@ -1,6 +1,7 @@
 #include "server/session/map_session.h"
 
 #include <algorithm>
+#include <functional>
 #include <future>
 #include <memory>
 #include <optional>
@@ -82,10 +83,12 @@ absl::StatusOr<absl::Time> NewestCommitTime(storage::StoredMap& stored, Revision
 }
 
 // Stamps are judged by the clock of the site, unless there is another.
-SessionOptions WithClockOfFusion(SessionOptions options) {
+SessionOptions WithClocksOfFusion(SessionOptions options,
+                                  std::function<absl::Time()> commit_clock) {
   if (!options.fusion.clock) {
     options.fusion.clock = [clock = options.clock] { return clock->Now(); };
   }
+  options.fusion.commit_clock = std::move(commit_clock);
   return options;
 }
 
@@ -116,7 +119,7 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
 MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, const SnapshotPtr& snapshot,
                        std::vector<storage::TimeMark> marks, absl::Time newest_commit,
                        const SessionOptions& options)
-    : options_(WithClockOfFusion(options)),
+    : options_(WithClocksOfFusion(options, [this] { return time_.Now(); })),
       header_(stored->header()),
       stored_(std::move(stored)),
       time_(options_.clock, std::move(marks), newest_commit),
@@ -316,6 +319,17 @@ absl::StatusOr<std::vector<Evidence>> MapSession::ReadEvidence(const std::string
     read.push_back(std::move(evidence));
   }
   return read;
+}
+
+absl::StatusOr<std::optional<storage::FusionBase>> MapSession::ReadEvidenceBase(
+    const std::string& layer) {
+  absl::StatusOr<std::optional<storage::FusionBase>> base;
+  const absl::Status status = RunOnWriter([&] {
+    base = stored_->fusion_log().FindBase(layer);
+    return base.status();
+  });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return base;
 }
 
 absl::StatusOr<std::vector<RobotClocks::Robot>> MapSession::ReadRobotClocks() {
@@ -559,7 +573,7 @@ void MapSession::MaintainMap() {
   if (!compaction_.IsDue(newest)) return;
   if (!idle && ++groups_since_compaction_ < kGroupsPerCompactionStep) return;
   groups_since_compaction_ = 0;
-  compaction_.Step(newest);
+  compaction_.Step(newest, fusion_.get());
 }
 
 void MapSession::RemoveExpired() {

@@ -128,6 +128,10 @@ class MapSession {
   absl::StatusOr<std::vector<Evidence>> ReadEvidence(const std::string& layer,
                                                      const storage::LogKey& after, int max_entries);
 
+  // The base of a fused layer's log; nullopt if all its entries are kept. Waits for the writer.
+  // Errors as Submit and FusionLog::FindBase.
+  absl::StatusOr<std::optional<storage::FusionBase>> ReadEvidenceBase(const std::string& layer);
+
   // The clocks of the robots that sent observations since the map was opened, the one that sent
   // last first. Waits for the writer. Errors as Submit.
   absl::StatusOr<std::vector<RobotClocks::Robot>> ReadRobotClocks();

@@ -79,11 +79,12 @@ class Histories {
   std::map<fusion::TrackKey, std::vector<ObjectEvent>> of_track_;
 };
 
-absl::Status FoldAll(MapSession& session, const std::string& layer,
+// Folds the entries after `beginning`.
+absl::Status FoldAll(MapSession& session, const std::string& layer, FoldPoint beginning,
                      const fusion::Strategy& strategy,
                      const std::function<absl::Status()>& check_wanted, Histories* histories) {
-  fusion::StatePtr state = strategy.Initial();
-  storage::LogKey at = storage::BeforeAll();
+  fusion::StatePtr state = std::move(beginning.state);
+  storage::LogKey at = std::move(beginning.key);
   while (true) {
     HYPERMAP_RETURN_IF_ERROR(check_wanted());
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Evidence> entries,
@@ -124,8 +125,18 @@ absl::StatusOr<ObjectHistory> ExplainObject(MapSession& session, const std::stri
   HYPERMAP_ASSIGN_OR_RETURN(
       const std::unique_ptr<fusion::Strategy> strategy,
       session.options().fusion.make_strategy(history.strategy, history.parameters));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FusionBase> base,
+                            session.ReadEvidenceBase(layer));
+  HYPERMAP_ASSIGN_OR_RETURN(FoldPoint beginning, BeginningOfLog(base, *strategy));
+  const storage::LogKey begin = beginning.key;
+  if (base) history.forgotten_until = begin.after.stamp;
   Histories histories;
-  status = FoldAll(session, layer, *strategy, check_wanted, &histories);
+  status = FoldAll(session, layer, std::move(beginning), *strategy, check_wanted, &histories);
+  HYPERMAP_RETURN_IF_ERROR(status);
+  status = session.InspectFusion(layer, [&](FusedLayer& fused) {
+    if (fused.log().begin() == begin) return absl::OkStatus();
+    return absl::UnavailableError("evidence was forgotten while it was read");
+  });
   HYPERMAP_RETURN_IF_ERROR(status);
   history.track = tracks.front();
   history.events = histories.Of(tracks);

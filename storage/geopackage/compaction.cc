@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/evidence_retention.h"
 
 namespace hypermap::storage {
 namespace {
@@ -59,12 +60,14 @@ class Remover {
   Remover(Database* database, int64_t max_rows) : database_(database), room_(max_rows) {}
 
   bool done() const { return room_ <= 0; }
+  int64_t room() const { return room_; }
+  void Count(int64_t removed) { room_ -= removed; }
 
   template <typename... Values>
   absl::Status Remove(const char* sql, int64_t bound, const Values&... values) {
     if (done()) return absl::OkStatus();
     absl::Status status = database_->Run(sql, bound, room_, values...);
-    if (status.ok()) room_ -= database_->changed_rows();
+    if (status.ok()) Count(database_->changed_rows());
     return status;
   }
 
@@ -133,6 +136,10 @@ absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
     status.Update(remover.Remove(kFrameVersions, oldest, frame));
   }
   HYPERMAP_RETURN_IF_ERROR(status);
+  if (remover.done()) return true;
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t evidence,
+                            RemoveForgottenEvidence(database, remover.room()));
+  remover.Count(evidence);
   return remover.done();
 }
 

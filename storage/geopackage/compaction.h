@@ -1,4 +1,5 @@
-// Removes the history from before the oldest kept revision, a few rows at a time.
+// Removes the history from before the oldest kept revision, and forgotten evidence, a few rows at a
+// time.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_COMPACTION_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_COMPACTION_H_
 
@@ -11,8 +12,9 @@
 
 namespace hypermap::storage {
 
-// Removes at most `max_rows` rows that only revisions before `oldest` need, and receipts older than
-// `receipts_before`, within a transaction of the caller. True when there may be more such rows.
+// Removes at most `max_rows` rows that only revisions before `oldest` need, receipts older than
+// `receipts_before`, and evidence up to the bases of its logs, within a transaction of the caller.
+// True when there may be more such rows.
 absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
                                      absl::Time receipts_before, int64_t max_rows);
 

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/evidence_retention.h"
 #include "storage/geopackage/packed_bytes.h"
 
 namespace hypermap::storage {
@@ -37,6 +38,22 @@ constexpr Rule kRules[] = {
      "SELECT 'id ' || id FROM (SELECT id, number, lag(number, 1, 0) OVER (PARTITION BY layer "
      "ORDER BY stamp_ns, robot, sequence, number) AS earlier FROM hypermap_operator_facts) "
      "WHERE number <= earlier"},
+    {kBasesTable, "the layer is not fused",
+     "SELECT 'layer ' || layer FROM hypermap_fusion_bases WHERE layer NOT IN "
+     "(SELECT layer FROM hypermap_fusion)"},
+    {kForgottenTable, "the log of the layer has no base",
+     "SELECT DISTINCT 'layer ' || layer FROM hypermap_forgotten_sequences WHERE layer NOT IN "
+     "(SELECT layer FROM hypermap_fusion_bases)"},
+    {kForgottenTable, "the sequences end before they begin",
+     "SELECT 'id ' || id FROM hypermap_forgotten_sequences WHERE last_sequence < first_sequence"},
+    {kForgottenTable, "the sequences are also in another row",
+     "SELECT 'id ' || id FROM (SELECT id, first_sequence, lag(last_sequence) OVER (PARTITION BY "
+     "layer, robot ORDER BY first_sequence) AS earlier FROM hypermap_forgotten_sequences) "
+     "WHERE first_sequence <= earlier"},
+    {kForgottenTable, "an observation is forgotten and kept",
+     "SELECT 'id ' || f.id FROM hypermap_forgotten_sequences AS f WHERE EXISTS "
+     "(SELECT 1 FROM hypermap_observations AS o WHERE o.layer = f.layer AND o.robot = f.robot "
+     "AND o.sequence BETWEEN f.first_sequence AND f.last_sequence)"},
     {"hypermap_fusion_tracks", "the object's id was never assigned",
      "SELECT 'id ' || id FROM hypermap_fusion_tracks WHERE object_id < 0 OR object_id >= "
      "(SELECT next_object_id FROM hypermap_metadata)"},
@@ -85,7 +102,7 @@ absl::Status CheckEach(Database* database, const std::string& sql, const Check& 
   }
 }
 
-absl::Status CheckCheckpoint(Statement* row) {
+absl::Status CheckState(Statement* row) {
   const absl::string_view state = row->Blob(1);
   const int64_t size = row->Int64(2);
   HYPERMAP_RETURN_IF_ERROR(row->row_status());
@@ -112,11 +129,15 @@ absl::Status CheckEvidenceLogs(Database* database, const EvidenceCheck& check,
                 "SELECT id, stamp_ns, robot, sequence, number, kind, track, body, NULL "
                 "FROM hypermap_operator_facts",
                 check_entry, {kFacts}, findings)));
+  HYPERMAP_RETURN_IF_ERROR(findings->AddDamage(
+      kBasesTable, "",
+      CheckEach(database, "SELECT id, state, state_size FROM hypermap_fusion_bases", CheckState,
+                {kBasesTable}, findings)));
   const Finding checkpoints{kCheckpointsTable, "", "", /*can_be_rebuilt=*/true};
   return findings->AddDamage(
       kCheckpointsTable, "",
       CheckEach(database, "SELECT id, state, state_size FROM hypermap_fusion_checkpoints",
-                CheckCheckpoint, checkpoints, findings),
+                CheckState, checkpoints, findings),
       true);
 }
 

@@ -6,6 +6,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/evidence_retention.h"
 #include "storage/geopackage/packed_bytes.h"
 
 namespace hypermap::storage {
@@ -61,6 +62,7 @@ CREATE TABLE hypermap_fusion_checkpoints (
   number INTEGER NOT NULL,
   state_size INTEGER NOT NULL,
   state BLOB NOT NULL,
+  stored_at_ns INTEGER NOT NULL DEFAULT 0,
   UNIQUE (layer, stamp_ns, robot, sequence, number)
 );
 )sql";
@@ -172,8 +174,9 @@ absl::Status WriteFusionChange(Database* database, const FusionChange& change) {
 }
 
 absl::Status DropFusion(Database* database, const std::string& layer) {
-  for (const char* table : {"hypermap_fusion", "hypermap_observations", "hypermap_operator_facts",
-                            "hypermap_fusion_tracks", "hypermap_fusion_checkpoints"}) {
+  for (const char* table :
+       {"hypermap_fusion", "hypermap_observations", "hypermap_operator_facts",
+        "hypermap_fusion_tracks", "hypermap_fusion_checkpoints", kBasesTable, kForgottenTable}) {
     HYPERMAP_RETURN_IF_ERROR(
         database->Run(absl::StrCat("DELETE FROM ", table, " WHERE layer = ?"), layer));
   }
@@ -213,17 +216,19 @@ absl::StatusOr<std::optional<FusionLog::Known>> FusionTables::FindObservation(
     const std::string& layer, const std::string& robot, int64_t sequence) {
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
-      database_->Prepare(
-          "SELECT stamp_ns, robot, sequence, content_hash, retracted FROM hypermap_observations "
-          "WHERE layer = ? AND robot = ? AND sequence = ?"));
+      database_->Prepare("SELECT content_hash, retracted FROM hypermap_observations "
+                         "WHERE layer = ? AND robot = ? AND sequence = ?"));
   std::optional<Known> known;
   absl::Status status =
       ForEachRow(&select.Bind(layer, robot, sequence), "hypermap_observations", [&] {
-        known =
-            Known{KeyAt(&select, 0), static_cast<uint64_t>(select.Int64(3)), select.Int64(4) != 0};
+        known = Known{static_cast<uint64_t>(select.Int64(0)), select.Int64(1) != 0};
         return absl::OkStatus();
       });
   HYPERMAP_RETURN_IF_ERROR(status);
+  if (known) return known;
+  HYPERMAP_ASSIGN_OR_RETURN(const bool is_forgotten,
+                            IsForgotten(database_, layer, robot, sequence));
+  if (is_forgotten) known = Known();
   return known;
 }
 
@@ -231,13 +236,15 @@ absl::StatusOr<std::vector<SequenceRange>> FusionTables::Sequences(const std::st
                                                                    const std::string& robot) {
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
-      database_->Prepare("SELECT sequence FROM hypermap_observations WHERE layer = ? AND robot = ? "
-                         "ORDER BY sequence"));
+      database_->Prepare(
+          "SELECT first_sequence, last_sequence FROM hypermap_forgotten_sequences "
+          "WHERE layer = ?1 AND robot = ?2 UNION ALL SELECT sequence, sequence "
+          "FROM hypermap_observations WHERE layer = ?1 AND robot = ?2 ORDER BY first_sequence"));
   std::vector<SequenceRange> sequences;
   absl::Status status =
       ForEachRow(&select.Bind(layer, robot), "hypermap_observations", [&]() -> absl::Status {
         const size_t num_ranges = sequences.size();
-        AppendSequence(select.Int64(0), &sequences);
+        AppendSequences({select.Int64(0), select.Int64(1)}, &sequences);
         if (sequences.size() > num_ranges) HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfRange));
         return CheckCancelled();
       });
@@ -373,9 +380,10 @@ absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(
   const std::string where = before ? "AND (stamp_ns, robot, sequence, number) < (?, ?, ?, ?)" : "";
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
-      database_->Prepare(absl::StrCat("SELECT stamp_ns, robot, sequence, number, state_size, state "
-                                      "FROM hypermap_fusion_checkpoints WHERE layer = ? ",
-                                      where, kNewestFirst, "LIMIT 1")));
+      database_->Prepare(
+          absl::StrCat("SELECT stamp_ns, robot, sequence, number, state_size, state, stored_at_ns "
+                       "FROM hypermap_fusion_checkpoints WHERE layer = ? ",
+                       where, kNewestFirst, "LIMIT 1")));
   if (before) {
     select.Bind(layer, Nanos(before->after.stamp), before->after.robot, before->after.sequence,
                 before->number);
@@ -385,22 +393,25 @@ absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(
   std::optional<FusionCheckpoint> checkpoint;
   absl::Status status = ForEachRow(&select, "hypermap_fusion_checkpoints", [&] {
     HYPERMAP_ASSIGN_OR_RETURN(std::string state, UnpackBytes(select.Blob(5), select.Int64(4)));
-    checkpoint = FusionCheckpoint{{KeyAt(&select, 0), select.Int64(3)}, std::move(state)};
+    checkpoint = FusionCheckpoint{{KeyAt(&select, 0), select.Int64(3)},
+                                  std::move(state),
+                                  absl::FromUnixNanos(select.Int64(6))};
     return absl::OkStatus();
   });
   HYPERMAP_RETURN_IF_ERROR(status);
   return checkpoint;
 }
 
-absl::StatusOr<std::vector<LogKey>> FusionTables::CheckpointKeys(const std::string& layer) {
+absl::StatusOr<std::vector<FusionLog::CheckpointKey>> FusionTables::Checkpoints(
+    const std::string& layer) {
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
       database_->Prepare(
-          "SELECT stamp_ns, robot, sequence, number FROM hypermap_fusion_checkpoints "
+          "SELECT stamp_ns, robot, sequence, number, stored_at_ns FROM hypermap_fusion_checkpoints "
           "WHERE layer = ? ORDER BY stamp_ns, robot, sequence, number"));
-  std::vector<LogKey> keys;
+  std::vector<CheckpointKey> keys;
   absl::Status status = ForEachRow(&select.Bind(layer), "hypermap_fusion_checkpoints", [&] {
-    keys.push_back({KeyAt(&select, 0), select.Int64(3)});
+    keys.push_back({{KeyAt(&select, 0), select.Int64(3)}, absl::FromUnixNanos(select.Int64(4))});
     return absl::OkStatus();
   });
   HYPERMAP_RETURN_IF_ERROR(status);
@@ -414,10 +425,11 @@ absl::Status FusionTables::KeepCheckpoint(const std::string& layer,
   const std::string state = PackBytes(checkpoint.state);
   absl::Status status = database_->Run(
       "INSERT OR REPLACE INTO hypermap_fusion_checkpoints "
-      "(layer, stamp_ns, robot, sequence, number, state_size, state) VALUES (?, ?, ?, ?, ?, ?, ?)",
+      "(layer, stamp_ns, robot, sequence, number, state_size, state, stored_at_ns) "
+      "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
       layer, Nanos(checkpoint.key.after.stamp), checkpoint.key.after.robot,
       checkpoint.key.after.sequence, checkpoint.key.number,
-      static_cast<int64_t>(checkpoint.state.size()), BlobView{state});
+      static_cast<int64_t>(checkpoint.state.size()), BlobView{state}, Nanos(checkpoint.stored_at));
   for (const LogKey& key : dropped) {
     if (!status.ok()) break;
     status = database_->Run(
@@ -427,6 +439,24 @@ absl::Status FusionTables::KeepCheckpoint(const std::string& layer,
   }
   if (status.ok()) status = transaction.Commit();
   return status;
+}
+
+absl::StatusOr<std::optional<FusionBase>> FusionTables::FindBase(const std::string& layer) {
+  return FindFusionBase(database_, layer);
+}
+
+absl::StatusOr<bool> FusionTables::HasForgotten(const std::string& layer,
+                                                const std::string& robot) {
+  return HasForgottenObservations(database_, layer, robot);
+}
+
+absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindNextBase(
+    const std::string& layer, absl::Time stored_before) {
+  return FindNextFusionBase(database_, layer, stored_before);
+}
+
+absl::Status FusionTables::MoveBase(const std::string& layer, const LogKey& checkpoint) {
+  return MoveFusionBase(database_, layer, checkpoint);
 }
 
 }  // namespace hypermap::storage

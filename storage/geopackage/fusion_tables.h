@@ -45,9 +45,14 @@ class FusionTables : public FusionLog {
                                              int max_entries) override;
   absl::StatusOr<std::optional<FusionCheckpoint>> FindCheckpoint(
       const std::string& layer, const std::optional<LogKey>& before) override;
-  absl::StatusOr<std::vector<LogKey>> CheckpointKeys(const std::string& layer) override;
+  absl::StatusOr<std::vector<CheckpointKey>> Checkpoints(const std::string& layer) override;
   absl::Status KeepCheckpoint(const std::string& layer, const FusionCheckpoint& checkpoint,
                               absl::Span<const LogKey> dropped) override;
+  absl::StatusOr<std::optional<FusionBase>> FindBase(const std::string& layer) override;
+  absl::StatusOr<bool> HasForgotten(const std::string& layer, const std::string& robot) override;
+  absl::StatusOr<std::optional<FusionCheckpoint>> FindNextBase(const std::string& layer,
+                                                               absl::Time stored_before) override;
+  absl::Status MoveBase(const std::string& layer, const LogKey& checkpoint) override;
 
  private:
   Database* const database_;

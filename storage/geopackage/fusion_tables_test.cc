@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -51,6 +53,12 @@ class FusionTablesTest : public ::testing::Test {
     std::vector<std::string> bodies;
     for (const LogEntry& entry : *entries) bodies.push_back(entry.body);
     return bodies;
+  }
+
+  // Removes all rows that are not needed.
+  void Compact() {
+    while (*map_.stored->Compact(0, absl::InfinitePast(), 100)) {
+    }
   }
 
   // Adds an observation of `robot` for each sequence, with stamps from `first_ns` on.
@@ -139,14 +147,14 @@ TEST_F(FusionTablesTest, NewestStampOfARobotThatSentLittleDoesNotReadTheLayer) {
   FusionTables tables(connection.get());
   // Prepares the statements.
   ASSERT_TRUE(tables.NewestStamp("things", "old").ok());
-  const std::pair<const char*, std::optional<absl::Time>> kNewest[] = {
+  const std::pair<const char*, std::optional<absl::Time>> answers[] = {
       {"old", absl::FromUnixNanos(1)},
       {"retracted", std::nullopt},
       {"busy", absl::FromUnixNanos(2999)},
       {"new", absl::FromUnixNanos(9000)},
       {"never", std::nullopt},
   };
-  for (const auto& [robot, newest] : kNewest) {
+  for (const auto& [robot, newest] : answers) {
     SCOPED_TRACE(robot);
     absl::StatusOr<std::optional<absl::Time>> answer;
     const std::string name = robot;
@@ -195,18 +203,19 @@ TEST_F(FusionTablesTest, OnlyCheckpointsThatAreTrueAndNewAreFound) {
     const std::string state(1000 * i, static_cast<char>('0' + i));
     std::vector<LogKey> dropped;
     if (i > 4) dropped.push_back({Key(i - 4, "a", i - 4), 0});
-    ASSERT_TRUE(log().KeepCheckpoint("things", {{Key(i, "a", i), 0}, state}, dropped).ok());
+    ASSERT_TRUE(log().KeepCheckpoint("things", {{Key(i, "a", i), 0}, state, {}}, dropped).ok());
   }
   const LogKey third{Key(3, "a", 3), 0};
-  EXPECT_THAT(*log().CheckpointKeys("things"),
-              ElementsAre(third, ::testing::_, ::testing::_, ::testing::_));
+  EXPECT_EQ(log().Checkpoints("things")->size(), 4u);
+  EXPECT_EQ(log().Checkpoints("things")->front().key, third);
   EXPECT_EQ((**log().FindCheckpoint("things", std::nullopt)).state, std::string(6000, '6'));
   EXPECT_EQ((**log().FindCheckpoint("things", LogKey{Key(4, "a", 4), 0})).state,
             std::string(3000, '3'));
   EXPECT_EQ(*log().FindCheckpoint("things", LogKey{Key(3, "a", 3), 0}), std::nullopt);
   Write({.layer = "things", .stale_from = LogKey{Key(5, "a", 5), 0}});
   EXPECT_EQ((**log().FindCheckpoint("things", std::nullopt)).state, std::string(4000, '4'));
-  EXPECT_THAT(*log().CheckpointKeys("things"), ElementsAre(third, ::testing::_));
+  EXPECT_EQ(log().Checkpoints("things")->size(), 2u);
+  EXPECT_EQ(log().Checkpoints("things")->front().key, third);
 }
 
 TEST_F(FusionTablesTest, DeletedLayerLeavesNothing) {
@@ -216,14 +225,134 @@ TEST_F(FusionTablesTest, DeletedLayerLeavesNothing) {
            .observations = {Logged(Key(1, "a", 0), layer)},
            .facts = {{{Key(1, "a", 0), 1}, "pin", "t", "x"}},
            .tracks = {{"t", 1}}});
-    ASSERT_TRUE(log().KeepCheckpoint(layer, {{Key(1, "a", 0), 0}, "state"}, {}).ok());
+    ASSERT_TRUE(log().KeepCheckpoint(layer, {{Key(1, "a", 0), 0}, "state", {}}, {}).ok());
+    ASSERT_TRUE(log().MoveBase(layer, {Key(1, "a", 0), 0}).ok());
+    Compact();
+    ASSERT_TRUE(log().KeepCheckpoint(layer, {{Key(2, "a", 0), 0}, "state", {}}, {}).ok());
   }
   Write({}, {{DeleteLayer{"things"}}});
   EXPECT_TRUE(Bodies(BeforeAll()).empty());
   EXPECT_TRUE(log().Tracks("things")->empty());
   EXPECT_EQ(*log().FindCheckpoint("things", std::nullopt), std::nullopt);
+  EXPECT_EQ(*log().FindBase("things"), std::nullopt);
+  EXPECT_FALSE(*log().HasForgotten("things", "a"));
   EXPECT_EQ(log().FusedLayers()->size(), 1u);
   EXPECT_EQ(log().Tracks("others")->size(), 1u);
+  EXPECT_NE(*log().FindBase("others"), std::nullopt);
+  EXPECT_TRUE(*log().HasForgotten("others", "a"));
+}
+
+TEST_F(FusionTablesTest, BaseIsTheNewestOfTheCheckpointsThatAreOldEnough) {
+  Write({.layer = "things",
+         .settings = FusionSettings{"evidence", "{}", ""},
+         .facts = {{{BeforeAll().after, 1}, "pin", "t", "first"},
+                   {{Key(2, "a", 2), 2}, "pin", "t", "second"},
+                   {{Key(3, "a", 3), 3}, "pin", "t", "third"}}});
+  const auto keep = [&](const LogKey& key, const std::string& state, int64_t stored_at_ns) {
+    ASSERT_TRUE(
+        log().KeepCheckpoint("things", {key, state, absl::FromUnixNanos(stored_at_ns)}, {}).ok());
+  };
+  const auto move = [&](int64_t before_ns) -> std::optional<LogKey> {
+    const auto next = log().FindNextBase("things", absl::FromUnixNanos(before_ns));
+    EXPECT_TRUE(next.ok()) << next.status();
+    if (!next.ok() || !*next) return std::nullopt;
+    EXPECT_TRUE(log().MoveBase("things", (*next)->key).ok());
+    return (*next)->key;
+  };
+  keep({BeforeAll().after, 1}, "before all observations", 10);
+  EXPECT_EQ(move(99), std::nullopt);
+  keep({Key(1, "a", 1), 0}, "1", 30);  // stored again later than those after it
+  keep({Key(2, "a", 2), 2}, "2", 20);
+  keep({Key(4, "a", 4), 0}, "4", 40);
+  EXPECT_EQ(move(20), std::nullopt);
+  EXPECT_EQ(*log().FindBase("things"), std::nullopt);
+  EXPECT_EQ(move(40), (LogKey{Key(2, "a", 2), 2}));
+  auto base = *log().FindBase("things");
+  ASSERT_TRUE(base);
+  EXPECT_EQ(base->key, (LogKey{Key(2, "a", 2), 2}));
+  EXPECT_EQ(base->state, "2");
+  EXPECT_EQ(base->num_facts, 2);
+  EXPECT_EQ(log().Checkpoints("things")->size(), 1u);
+  EXPECT_EQ(move(40), std::nullopt);
+  EXPECT_EQ(*log().FindBase("others"), std::nullopt);
+
+  Compact();
+  EXPECT_THAT(Bodies(BeforeAll()), ElementsAre("third"));
+  // The base counts the facts although their rows are gone.
+  EXPECT_EQ(move(41), (LogKey{Key(4, "a", 4), 0}));
+  Compact();
+  EXPECT_TRUE(Bodies(BeforeAll()).empty());
+  EXPECT_EQ(*log().NewestFact("things"), std::nullopt);
+  keep({Key(5, "a", 5), 0}, "5", 50);
+  EXPECT_EQ(move(51), (LogKey{Key(5, "a", 5), 0}));
+  base = *log().FindBase("things");
+  ASSERT_TRUE(base);
+  EXPECT_EQ(base->num_facts, 3);
+}
+
+TEST_F(FusionTablesTest, NamesOfForgottenObservationsAreKept) {
+  constexpr int64_t kLast = std::numeric_limits<int64_t>::max();
+  // The order of the stamps is not that of the sequences.
+  WriteObservations("a", {3, 0, 7, 1, 8, kLast, 2, 9}, 1);
+  WriteObservations("b", {5}, 3);
+  Write({.layer = "things", .retracted = {Key(3, "a", 7)}});
+  const LogKey base{Key(7, "a", 2), 0};
+  ASSERT_TRUE(log().KeepCheckpoint("things", {base, "state", {}}, {}).ok());
+  EXPECT_FALSE(*log().HasForgotten("things", "a"));
+  ASSERT_TRUE(log().MoveBase("things", base).ok());
+  const auto expect_known = [&] {
+    EXPECT_TRUE(*log().HasForgotten("things", "a"));
+    EXPECT_TRUE(*log().HasForgotten("things", "b"));
+    EXPECT_FALSE(*log().HasForgotten("things", "c"));
+    EXPECT_FALSE(*log().HasForgotten("others", "a"));
+    EXPECT_THAT(*log().Sequences("things", "a"),
+                ElementsAre(SequenceRange{0, 3}, SequenceRange{7, 9}, SequenceRange{kLast, kLast}));
+    EXPECT_THAT(*log().Sequences("things", "b"), ElementsAre(SequenceRange{5, 5}));
+    for (const int64_t sequence : {int64_t{0}, int64_t{3}, int64_t{7}, int64_t{9}, kLast}) {
+      EXPECT_NE(*log().FindObservation("things", "a", sequence), std::nullopt) << sequence;
+    }
+    for (const int64_t sequence : {int64_t{-1}, int64_t{4}, int64_t{6}, int64_t{10}, kLast - 1}) {
+      EXPECT_EQ(*log().FindObservation("things", "a", sequence), std::nullopt) << sequence;
+    }
+    EXPECT_THAT(Bodies(base), ElementsAre("body"));
+  };
+  expect_known();
+  // A few rows at a time: names are known at every moment.
+  for (int step = 0; *map_.stored->Compact(0, absl::InfinitePast(), 3); ++step) {
+    ASSERT_LT(step, 10);
+    expect_known();
+  }
+  expect_known();
+  EXPECT_THAT(Bodies(BeforeAll()), ElementsAre("body"));
+  EXPECT_EQ((**log().FindObservation("things", "a", 8)).content_hash, std::nullopt);
+  EXPECT_EQ((**log().FindObservation("things", "a", 9)).content_hash, 0xfedcba9876543210);
+  const auto other = Connect(folder_ / "site.gpkg");
+  EXPECT_EQ(**other->QueryInt64("SELECT count(*) FROM hypermap_forgotten_sequences"), 4);
+}
+
+TEST_F(FusionTablesTest, BaseMovesToACheckpointOnly) {
+  Write({.layer = "things", .settings = FusionSettings{"evidence", "{}", ""}});
+  EXPECT_FALSE(log().MoveBase("things", {Key(1, "a", 1), 0}).ok());
+  EXPECT_EQ(*log().FindBase("things"), std::nullopt);
+}
+
+TEST_F(FusionTablesTest, DamagedBaseIsTold) {
+  Write({.layer = "things", .settings = FusionSettings{"evidence", "{}", ""}});
+  ASSERT_TRUE(log().KeepCheckpoint("things", {{Key(1, "a", 1), 0}, "state", {}}, {}).ok());
+  ASSERT_TRUE(log().MoveBase("things", {Key(1, "a", 1), 0}).ok());
+  const auto other = Connect(folder_ / "site.gpkg");
+  for (const char* damage : {"state = X'00'", "state_size = 4", "robot = X'00'"}) {
+    SCOPED_TRACE(damage);
+    ASSERT_TRUE(other->Execute(std::string("UPDATE hypermap_fusion_bases SET ") + damage).ok());
+    const absl::Status status = log().FindBase("things").status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+    EXPECT_THAT(std::string(status.message()), ::testing::HasSubstr("hypermap_fusion_bases"));
+    const std::string whole = PackBytes("state");
+    ASSERT_TRUE(other
+                    ->Run("UPDATE hypermap_fusion_bases SET robot = 'a', state_size = 5, state = ?",
+                          BlobView{whole})
+                    .ok());
+  }
 }
 
 TEST_F(FusionTablesTest, FailedCommitStoresNoEvidence) {

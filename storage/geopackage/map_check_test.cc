@@ -320,8 +320,22 @@ INSTANTIATE_TEST_SUITE_P(
                   "(2, 's', 2, '', -1, 1, 'pin', 't', X'07')",
                   {"hypermap_operator_facts", "id 2", "out of order"}},
         MapDamage{"INSERT INTO hypermap_fusion_checkpoints "
-                  "VALUES (1, 's', 1, 'r', 1, 0, 10, X'00')",
-                  {"hypermap_fusion_checkpoints", "id 1", "", true}}));
+                  "VALUES (1, 's', 1, 'r', 1, 0, 10, X'00', 0)",
+                  {"hypermap_fusion_checkpoints", "id 1", "", true}},
+        MapDamage{"INSERT INTO hypermap_fusion_bases VALUES (1, 's', 1, 'r', 1, 0, 0, 10, X'00')",
+                  {"hypermap_fusion_bases", "id 1", ""}},
+        MapDamage{"INSERT INTO hypermap_fusion_bases VALUES (1, 's', 1, 'r', 1, 0, 0, 10, X'00')",
+                  {"hypermap_fusion_bases", "layer s", "not fused"}},
+        MapDamage{"INSERT INTO hypermap_forgotten_sequences VALUES (1, 's', 'r', 1, 4)",
+                  {"hypermap_forgotten_sequences", "layer s", "no base"}},
+        MapDamage{"INSERT INTO hypermap_forgotten_sequences VALUES (1, 's', 'r', 4, 3)",
+                  {"hypermap_forgotten_sequences", "id 1", "end before"}},
+        MapDamage{"INSERT INTO hypermap_forgotten_sequences "
+                  "VALUES (1, 's', 'r', 1, 4), (2, 's', 'r', 4, 5)",
+                  {"hypermap_forgotten_sequences", "id 2", "another row"}},
+        MapDamage{"INSERT INTO hypermap_forgotten_sequences VALUES (1, 's', 'r', 1, 4);"
+                  "INSERT INTO hypermap_observations VALUES (1, 's', 1, 'r', 4, 0, 0, 0, 1, X'')",
+                  {"hypermap_forgotten_sequences", "id 1", "forgotten and kept"}}));
 
 }  // namespace
 }  // namespace hypermap::storage

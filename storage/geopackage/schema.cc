@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/contents.h"
+#include "storage/geopackage/evidence_retention.h"
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/layer_table.h"
@@ -103,7 +104,10 @@ constexpr TableColumns kTables[] = {
     {"hypermap_operator_facts", "id, layer, stamp_ns, robot, sequence, number, kind, track, body"},
     {"hypermap_fusion_tracks", "id, layer, track, object_id"},
     {"hypermap_fusion_checkpoints",
-     "id, layer, stamp_ns, robot, sequence, number, state_size, state"},
+     "id, layer, stamp_ns, robot, sequence, number, state_size, state, stored_at_ns"},
+    {"hypermap_fusion_bases",
+     "id, layer, stamp_ns, robot, sequence, number, num_facts, state_size, state"},
+    {"hypermap_forgotten_sequences", "id, layer, robot, first_sequence, last_sequence"},
     {"gpkg_contents",
      "table_name, data_type, identifier, description, last_change, min_x, min_y, max_x, max_y, "
      "srs_id"},
@@ -152,9 +156,9 @@ const Migration* FindStep(absl::Span<const Migration> migrations, int64_t from_v
 absl::Status CreateSchema(Database* database, const MapHeader& header) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database));
   HYPERMAP_RETURN_IF_ERROR(CreateStandardTables(database));
-  HYPERMAP_RETURN_IF_ERROR(
-      database->Execute(absl::StrCat(kCreateTables, kCreateReceipts, kCreateFusionTables,
-                                     kCreateHistoryTables, kCreateTimeMarks, kRegisterTables)));
+  HYPERMAP_RETURN_IF_ERROR(database->Execute(
+      absl::StrCat(kCreateTables, kCreateReceipts, kCreateFusionTables, kCreateRetentionTables,
+                   kCreateHistoryTables, kCreateTimeMarks, kRegisterTables)));
   MapMetadata metadata;
   metadata.header = header;
   HYPERMAP_RETURN_IF_ERROR(InsertMetadata(database, kSchemaVersion, metadata));

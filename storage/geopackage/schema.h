@@ -18,7 +18,7 @@
 namespace hypermap::storage {
 
 // The version that this program writes.
-inline constexpr int64_t kSchemaVersion = 6;
+inline constexpr int64_t kSchemaVersion = 7;
 
 // Makes an empty database an empty map at revision 0, in one transaction.
 absl::Status CreateSchema(Database* database, const MapHeader& header);

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/evidence_retention.h"
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/table_names.h"
@@ -156,8 +157,26 @@ absl::Status AddIncarnation(Database* database) {
   return database->Execute("ALTER TABLE hypermap_receipts ADD COLUMN digest BLOB");
 }
 
-constexpr Migration kMigrations[] = {
-    {1, AddFusion}, {2, AddHistory}, {3, AllowEveryShape}, {4, AddTimeMarks}, {5, AddIncarnation}};
+// All entries of a checkpoint had been received before the newest revision.
+constexpr char kDateCheckpoints[] = R"sql(
+ALTER TABLE hypermap_fusion_checkpoints ADD COLUMN stored_at_ns INTEGER NOT NULL DEFAULT 0;
+UPDATE hypermap_fusion_checkpoints SET stored_at_ns =
+  (SELECT coalesce(max(time_ns), 0) FROM hypermap_revisions);
+)sql";
+
+// Up to version 6 all evidence was kept.
+absl::Status AddRetention(Database* database) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::optional<int64_t> has_date,
+      database->QueryInt64("SELECT 1 FROM pragma_table_info('hypermap_fusion_checkpoints') "
+                           "WHERE name = 'stored_at_ns'"));
+  // The step from version 1 makes the table as it is now.
+  if (!has_date) HYPERMAP_RETURN_IF_ERROR(database->Execute(kDateCheckpoints));
+  return database->Execute(absl::StrCat(kCreateRetentionTables, kRegisterNewTables));
+}
+
+constexpr Migration kMigrations[] = {{1, AddFusion},    {2, AddHistory},     {3, AllowEveryShape},
+                                     {4, AddTimeMarks}, {5, AddIncarnation}, {6, AddRetention}};
 
 }  // namespace
 

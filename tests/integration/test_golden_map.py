@@ -23,7 +23,8 @@ sys.path.insert(0, str(TESTDATA))
 from questions import EVERYWHERE, MAP, Asker, query  # noqa: E402
 
 # Makes the server keep all history and receipts, whatever the date of the test is.
-KEEP_ALL = ["--history_age=876000h", "--history_revisions=1000000000", "--receipt_age=876000h"]
+KEEP_ALL = ["--history_age=876000h", "--history_revisions=1000000000", "--receipt_age=876000h",
+            "--observation_age=inf"]
 WORKER, RENDERER = BIN / "hypermap-ingest", BIN / "render_sequence"
 # Members whose values grow with each commit.
 COUNTERS = {"revision", "newest_revision", "version"}

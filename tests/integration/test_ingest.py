@@ -1,7 +1,6 @@
 """Observations of robots: acknowledged ones are on disk, and each counts once. The content of a
 fused layer does not depend on kills, restarts and the order of arrival."""
 
-import itertools
 import os
 import random
 import threading
@@ -12,62 +11,11 @@ from google.protobuf import json_format
 
 import rpc
 import sites
+from fused import BEGIN_S, LABELS, make, observation, observe, opening, shown
 from processes import SEED, SiteTest
 
 ROUNDS = int(os.environ.get("HYPERMAP_TEST_ROUNDS", "6"))
 ACKNOWLEDGED_BEFORE_KILL = 25
-BEGIN_S = 1_699_999_200  # Time of frame 0.
-LABELS = ["cup", "chair", "sofa", "plant"]
-
-
-def observation(robot, sequence, frame):
-    """Returns the observation of a frame: some of four fixed objects, and free space that moves."""
-    seen = [k for k in range(len(LABELS)) if (frame * 7 + k) % 3 != 0]
-    return {
-        "robot": robot, "sequence": sequence,
-        "stamp": f"2023-11-14T{22 + frame // 3600:02}:{frame // 60 % 60:02}:{frame % 60:02}Z",
-        "pose": {"rotation": [0, 0, 1, -1, 0, 0, 0, -1, 0], "translation": [-1.0, 0.0, 0.8]},
-        "free_space": sites.square(frame % 20, -1, 2.0),
-        "detections": [{
-            "scores": [{"label": LABELS[k], "score": 0.9}],
-            "hull": sites.square(2 + 2 * k + 0.001 * frame, 0.5, 0.6),
-            "cells": {"origin": {"x": 2 + 2 * k, "y": 0.5}, "resolution_m": 0.1,
-                      "spans": [n for row in range(6) for n in (int(row > 0), 0, 6)]},
-            "height": {"low_m": 0.2, "high_m": 0.7}, "num_points": 400, "range_m": 1.5,
-            "truncation": 0.0, "weight": 0.8} for k in seen]}
-
-
-def opening(robot="", **fields):
-    return {"opening": {"map": "site", "layer": "things", "robot": robot, **fields}}
-
-
-def make(client):
-    sites.make(client)
-    client.CreateLayer(map="site", layer={
-        "name": "seen", "kind": "LAYER_KIND_EXPLORATION",
-        "grid": {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": 0.25}})
-
-
-def observe(client, observations, **fields):
-    """Sends observations and waits for all outcomes. Returns {(robot, sequence): outcome}."""
-    requests = itertools.chain([opening(exploration_layer="seen", **fields)],
-                               ({"observations": [o]} for o in observations))
-    return {(a.robot, a.sequence): a.outcome for response in client.Observe(requests)
-            for a in response.acknowledgements}
-
-
-def shown(client):
-    """Returns the objects without ids and versions, and the known cells of the layer `seen`."""
-    objects, cells = [], []
-    for answer in client.QueryArea(scope=rpc.scope("site", "things", "seen"),
-                                   area=sites.square(-500, -500, 1000)):
-        for o in answer.part.objects:
-            o.id = o.version = 0  # Both depend on how observations were grouped into commits.
-            objects.append(o.SerializeToString(deterministic=True))
-        runs = answer.part.cells
-        cells += [run for run in zip(runs.rows, runs.col_begins, runs.col_ends, runs.values)
-                  if run[3] == run[3]]
-    return sorted(objects), cells
 
 
 class Robot(threading.Thread):

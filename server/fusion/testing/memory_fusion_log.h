@@ -2,6 +2,9 @@
 #ifndef HYPERMAP_SERVER_FUSION_TESTING_MEMORY_FUSION_LOG_H_
 #define HYPERMAP_SERVER_FUSION_TESTING_MEMORY_FUSION_LOG_H_
 
+#include <algorithm>
+#include <cstdint>
+#include <iterator>
 #include <map>
 #include <optional>
 #include <set>
@@ -23,7 +26,9 @@ class MemoryFusionLog : public storage::FusionLog {
       layer.checkpoints.erase(layer.checkpoints.lower_bound(*change.stale_from),
                               layer.checkpoints.end());
     }
-    for (const auto& o : change.observations) layer.observations[{o.key.robot, o.key.sequence}] = o;
+    for (const auto& o : change.observations) {
+      layer.observations[{o.key.robot, o.key.sequence}] = o;
+    }
     for (const auto& key : change.retracted) layer.retracted.insert(key);
     for (const auto& fact : change.facts) layer.facts[fact.key] = fact;
     for (const auto& [track, id] : change.tracks) layer.tracks[track] = id;
@@ -45,15 +50,19 @@ class MemoryFusionLog : public storage::FusionLog {
                                                        int64_t sequence) override {
     const auto& observations = layers_[layer].observations;
     const auto it = observations.find({robot, sequence});
-    if (it == observations.end()) return std::nullopt;
-    return Known{it->second.key, it->second.content_hash,
-                 layers_[layer].retracted.count(it->second.key) > 0};
+    if (it == observations.end()) {
+      if (layers_[layer].forgotten.count({robot, sequence}) > 0) return Known();
+      return std::nullopt;
+    }
+    return Known{it->second.content_hash, layers_[layer].retracted.count(it->second.key) > 0};
   }
   absl::StatusOr<std::vector<SequenceRange>> Sequences(const std::string& layer,
                                                        const std::string& robot) override {
+    std::set<Name> names = layers_[layer].forgotten;
+    for (const auto& [name, o] : layers_[layer].observations) names.insert(name);
     std::vector<SequenceRange> sequences;
-    for (const auto& [name, o] : layers_[layer].observations) {
-      if (name.first == robot) AppendSequence(name.second, &sequences);
+    for (const auto& [of_robot, sequence] : names) {
+      if (of_robot == robot) AppendSequence(sequence, &sequences);
     }
     return sequences;
   }
@@ -105,19 +114,59 @@ class MemoryFusionLog : public storage::FusionLog {
     const auto& checkpoints = layers_[layer].checkpoints;
     auto it = before ? checkpoints.lower_bound(*before) : checkpoints.end();
     if (it == checkpoints.begin()) return std::nullopt;
-    --it;
-    return storage::FusionCheckpoint{it->first, it->second};
+    return std::prev(it)->second;
   }
-  absl::StatusOr<std::vector<storage::LogKey>> CheckpointKeys(const std::string& layer) override {
-    std::vector<storage::LogKey> keys;
-    for (const auto& [key, state] : layers_[layer].checkpoints) keys.push_back(key);
+  absl::StatusOr<std::vector<CheckpointKey>> Checkpoints(const std::string& layer) override {
+    std::vector<CheckpointKey> keys;
+    for (const auto& [key, checkpoint] : layers_[layer].checkpoints) {
+      keys.push_back({key, checkpoint.stored_at});
+    }
     return keys;
   }
   absl::Status KeepCheckpoint(const std::string& layer, const storage::FusionCheckpoint& checkpoint,
                               absl::Span<const storage::LogKey> dropped) override {
     auto& checkpoints = layers_[layer].checkpoints;
-    checkpoints[checkpoint.key] = checkpoint.state;
+    checkpoints[checkpoint.key] = checkpoint;
     for (const storage::LogKey& key : dropped) checkpoints.erase(key);
+    return absl::OkStatus();
+  }
+  absl::StatusOr<std::optional<storage::FusionBase>> FindBase(const std::string& layer) override {
+    return layers_[layer].base;
+  }
+  absl::StatusOr<bool> HasForgotten(const std::string& layer, const std::string& robot) override {
+    const auto is_of_robot = [&](const Name& name) { return name.first == robot; };
+    const std::set<Name>& forgotten = layers_[layer].forgotten;
+    return std::any_of(forgotten.begin(), forgotten.end(), is_of_robot);
+  }
+  absl::StatusOr<std::optional<storage::FusionCheckpoint>> FindNextBase(
+      const std::string& name, absl::Time stored_before) override {
+    const Layer& layer = layers_[name];
+    std::optional<storage::FusionCheckpoint> found;
+    for (const auto& [key, checkpoint] : layer.checkpoints) {
+      const bool is_new = !layer.base || layer.base->key < key;
+      if (is_new && storage::BeforeAll().after < key.after &&
+          checkpoint.stored_at < stored_before) {
+        found = checkpoint;
+      }
+    }
+    return found;
+  }
+  // Removes the forgotten entries at once.
+  absl::Status MoveBase(const std::string& name, const storage::LogKey& key) override {
+    Layer& layer = layers_[name];
+    const std::string state = layer.checkpoints.at(key).state;
+    int64_t num_facts = layer.base ? layer.base->num_facts : 0;
+    while (!layer.facts.empty() && layer.facts.begin()->first <= key) {
+      num_facts = layer.facts.begin()->first.number;
+      layer.facts.erase(layer.facts.begin());
+    }
+    for (auto it = layer.observations.begin(); it != layer.observations.end();) {
+      const bool is_forgotten = storage::LogKey{it->second.key, 0} <= key;
+      if (is_forgotten) layer.forgotten.insert(it->first);
+      it = is_forgotten ? layer.observations.erase(it) : std::next(it);
+    }
+    layer.checkpoints.erase(layer.checkpoints.begin(), layer.checkpoints.upper_bound(key));
+    layer.base = storage::FusionBase{key, num_facts, state};
     return absl::OkStatus();
   }
 
@@ -126,13 +175,16 @@ class MemoryFusionLog : public storage::FusionLog {
   }
 
  private:
+  using Name = std::pair<std::string, int64_t>;  // robot, sequence
   struct Layer {
     storage::FusionSettings settings;
-    std::map<std::pair<std::string, int64_t>, storage::LoggedObservation> observations;
+    std::map<Name, storage::LoggedObservation> observations;
+    std::set<Name> forgotten;
     std::set<ObservationKey> retracted;
     std::map<storage::LogKey, storage::LoggedFact> facts;
     std::map<std::string, ObjectId> tracks;
-    std::map<storage::LogKey, std::string> checkpoints;
+    std::map<storage::LogKey, storage::FusionCheckpoint> checkpoints;
+    std::optional<storage::FusionBase> base;
   };
 
   std::map<storage::LogKey, storage::LogEntry> Entries(const std::string& name) {

@@ -232,6 +232,8 @@ class ObjectHistory:
     strategy, parameters: fusion strategy of the layer, and its parameters as a JSON object.
     track: identifier of the object within fusion.
     incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
+    forgotten_until: observations up to this stamp are no longer kept by the server
+        (--observation_age), so that events does not contain theirs. None if all are kept.
     """
 
     map: str
@@ -242,3 +244,4 @@ class ObjectHistory:
     track: str
     events: tuple[ObjectEvent, ...]
     incarnation: int = 0
+    forgotten_until: datetime | None = None

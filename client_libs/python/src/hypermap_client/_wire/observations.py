@@ -150,4 +150,5 @@ def decode_history(message: ingest.ExplainObjectResponse) -> ObjectHistory:
             for event in message.events
         ),
         message.incarnation,
+        decode_time(message.forgotten_until) if message.HasField("forgotten_until") else None,
     )
