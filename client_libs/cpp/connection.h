@@ -51,6 +51,10 @@ class Retries {
   Backoff backoff_;
 };
 
+// The status of a call that has ended. If the server failed, its message ends with the name of the
+// call in the server's log.
+grpc::Status NamedStatus(const grpc::Status& status, const grpc::ClientContext& context);
+
 // Thread safe.
 class Connection {
  public:
@@ -86,7 +90,9 @@ class Connection {
       Response response;
       const grpc::Status status = (stub.*method)(context.get(), request, &response);
       if (status.ok()) return response;
-      if (!retries.ShallTryAgain(status, *context)) return wire::DecodeStatus(status);
+      if (!retries.ShallTryAgain(status, *context)) {
+        return wire::DecodeStatus(NamedStatus(status, *context));
+      }
     }
   }
 

@@ -44,7 +44,7 @@ grpc::Status SendFiles(v1::CatalogService::Stub& catalog, const Deadline& deadli
   bool sending = writer->Write(first);
   for (size_t i = 0; sending && i < files.size(); ++i) sending = SendFile(files[i], *writer);
   writer->WritesDone();
-  return writer->Finish();
+  return NamedStatus(writer->Finish(), *context);
 }
 
 // One attempt of an export.
@@ -69,7 +69,7 @@ grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, const Deadline& dea
       answer.files.back().data += chunk.data();
     }
   }
-  return reader->Finish();
+  return NamedStatus(reader->Finish(), *context);
 }
 
 // One attempt of a restoration.
@@ -93,7 +93,7 @@ grpc::Status SendBackup(v1::CatalogService::Stub& catalog, const Deadline& deadl
   }
   if (backup.bad()) context->TryCancel();
   writer->WritesDone();
-  return writer->Finish();
+  return NamedStatus(writer->Finish(), *context);
 }
 
 absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse&& message) {

@@ -77,7 +77,7 @@ class GrpcPartStream : public PartStream<Part> {
   }
 
   void Finish(const grpc::Status& status) {
-    status_ = wire::DecodeStatus(status);
+    status_ = wire::DecodeStatus(NamedStatus(status, *context_));
     finished_ = true;
   }
 

@@ -94,7 +94,7 @@ class ObserveStream::Call {
     v1::ObserveResponse ignored;
     while (stream_->Read(&ignored)) {
     }
-    status_ = wire::DecodeStatus(stream_->Finish());
+    status_ = wire::DecodeStatus(NamedStatus(stream_->Finish(), *context_));
     finished_ = true;
   }
 

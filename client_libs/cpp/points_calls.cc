@@ -115,7 +115,7 @@ class PointsStream::Call {
     v1::QueryPointsResponse ignored;
     while (stream_->Read(&ignored)) {
     }
-    status_ = wire::DecodeStatus(stream_->Finish());
+    status_ = wire::DecodeStatus(NamedStatus(stream_->Finish(), *context_));
     finished_ = true;
   }
 

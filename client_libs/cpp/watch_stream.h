@@ -169,6 +169,7 @@ class WatchStream final : public Watcher::Call {
   grpc::Status Close() {
     grpc::Status status = reader_->Finish();
     const MutexLock lock(&mutex_);
+    status = NamedStatus(status, *context_);
     reader_.reset();
     context_.reset();
     return status;

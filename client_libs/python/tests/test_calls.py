@@ -137,6 +137,19 @@ def test_an_exceeded_limit_is_not_retried(metadata: tuple[tuple[str, str], ...])
     assert len(tries) == 1
 
 
+@pytest.mark.parametrize(("metadata", "name"), [((), None), ((("x-request-id", "a1"),), "a1")])
+def test_an_error_tells_the_name_of_the_call(
+    metadata: tuple[tuple[str, str], ...], name: str | None
+) -> None:
+    with (
+        scripted_server(list_maps(lambda *_: (grpc.StatusCode.INTERNAL, metadata))) as address,
+        Client(address) as client,
+        pytest.raises(Internal) as caught,
+    ):
+        client.list_maps()
+    assert caught.value.request_id == name
+
+
 def test_retries_end_if_there_is_no_server() -> None:
     with scripted_server({}) as address:
         pass  # The server has stopped, so no process listens on its port.

@@ -14,9 +14,14 @@ import grpc
 
 
 class HypermapError(Exception):
-    """A failed call. `str()` returns the message of the server, `code` the gRPC status code."""
+    """A failed call.
+
+    `str()` returns the message of the server, `code` the gRPC status code, and `request_id` the
+    name of the call in the server's log, if the server told it.
+    """
 
     code: ClassVar[grpc.StatusCode] = grpc.StatusCode.UNKNOWN
+    request_id: str | None = None
 
     @property
     def message(self) -> str:
@@ -141,16 +146,25 @@ def error_of(failure: grpc.RpcError) -> HypermapError:
     """The HypermapError with the status code and the details of a gRPC error."""
     code = failure.code()
     error = _BY_CODE.get(code, HypermapError)(failure.details() or code.name)
+    metadata = failure.trailing_metadata()
+    error.request_id = _find(metadata, "x-request-id")
     if isinstance(error, ResourceExhausted):
-        error.retry_after_s = _retry_after_s(failure.trailing_metadata())
+        error.retry_after_s = _retry_after_s(_find(metadata, "grpc-retry-pushback-ms"))
     return error
 
 
-def _retry_after_s(metadata: Iterable[Any] | None) -> float | None:
+def _find(metadata: Iterable[Any] | None, key: str) -> str | None:
+    """The value of a key of metadata."""
+    for name, value in metadata or ():
+        if name == key and isinstance(value, str):
+            return value
+    return None
+
+
+def _retry_after_s(pushback_ms: str | None) -> float | None:
     """The wait that the server asks for in trailing metadata (gRFC A6), in seconds."""
-    for key, value in metadata or ():
-        if key == "grpc-retry-pushback-ms":
-            # Negative: the call must not be retried. So gRPC also tells what is no number.
-            with contextlib.suppress(ValueError):
-                return int(value) / 1000 if int(value) >= 0 else None
+    # Negative: the call must not be retried. So gRPC also tells what is no number.
+    with contextlib.suppress(ValueError):
+        if pushback_ms is not None and int(pushback_ms) >= 0:
+            return int(pushback_ms) / 1000
     return None
