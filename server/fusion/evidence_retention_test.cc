@@ -91,12 +91,8 @@ class EvidenceRetentionTest : public ::testing::TestWithParam<const char*> {
 
   hypermap::testing::Rng rng_{hypermap::testing::TestSeed()};
   absl::Time now_ = AtSecond(0);
-  FusedMap map_{[](absl::string_view, absl::string_view parameters) {
-    return fusion::MakeStrategy(GetParam(), parameters);
-  }};
-  FusedMap oracle_{[](absl::string_view, absl::string_view parameters) {
-    return fusion::MakeStrategy(GetParam(), parameters);
-  }};
+  FusedMap map_{Always(GetParam())};
+  FusedMap oracle_{Always(GetParam())};
   int64_t sequence_ = 0;
 };
 

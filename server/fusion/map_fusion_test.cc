@@ -204,13 +204,6 @@ EditBatch RandomEditsOfThings(hypermap::testing::Rng& rng, const std::vector<Sem
   return batch;
 }
 
-// Makes the named strategy, whatever a layer's settings say.
-StrategyFactory Always(const char* strategy) {
-  return [strategy](absl::string_view, absl::string_view parameters) {
-    return fusion::MakeStrategy(strategy, parameters);
-  };
-}
-
 TEST(ReactionTest, LayerShowsTheFoldOfItsLogWithAnyStrategy) {
   const uint64_t seed = hypermap::testing::TestSeed();
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);

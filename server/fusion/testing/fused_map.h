@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
 #include "map/edits/apply.h"
 #include "map/layers/semantic_layer.h"
@@ -20,6 +21,13 @@
 #include "wire/observation.h"
 
 namespace hypermap::server {
+
+// Makes the named strategy, whatever a layer's settings say.
+inline StrategyFactory Always(const char* strategy) {
+  return [strategy](absl::string_view, absl::string_view parameters) {
+    return fusion::MakeStrategy(strategy, parameters);
+  };
+}
 
 // A map with the fused layers "things" and "other".
 class FusedMap {
