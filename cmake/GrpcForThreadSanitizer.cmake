@@ -9,7 +9,8 @@
 #   - who starts a call comes before its OnCancel, and that before its OnDone; OnCancel begins with a
 #     CancelScope (base/sync/cancel_scope.h);
 #   - operations that a reactor starts before gRPC has bound it to its call come before the binding;
-#   - the methods of a synchronous service come before the end of its server's Shutdown.
+#   - the methods of a synchronous service, and OnDone of the calls of others, come before the end of
+#     their server's Shutdown.
 set(HYPERMAP_TSAN_INCLUDE ${CMAKE_BINARY_DIR}/grpc_for_tsan)
 
 set(tsan_prelude [[
@@ -17,11 +18,11 @@ set(tsan_prelude [[
 #define GRPC_FOR_TSAN
 extern "C" void __tsan_acquire(void*);
 extern "C" void __tsan_release(void*);
-// At the end of each method of a synchronous service. One order for all servers: Shutdown alone asks
-// for it, so that it hides nothing from a server that runs.
-inline char all_methods;
+// The ends of all calls: of the method of a synchronous service, or of OnDone. One order for all
+// servers: Shutdown alone asks for it, so that it hides nothing from a server that runs.
+inline char ends_of_calls;
 struct SynchronousMethod {
-  ~SynchronousMethod() { __tsan_release(&all_methods); }
+  ~SynchronousMethod() { __tsan_release(&ends_of_calls); }
 };
 // A lock whose order is seen, although its mutex is not instrumented.
 template <typename MutexLock>
@@ -81,10 +82,13 @@ copy_header(grpcpp/impl/codegen/server_callback_handlers.h
   "return reactor_"
   "return __tsan_acquire(static_cast<ServerCallbackCall*>(this)), reactor_"
   "(reactor_\\.load\\(std::memory_order_relaxed\\))->OnDone\\(\\)"
-  "(__tsan_acquire(static_cast<ServerCallbackCall*>(this)), __tsan_acquire(\\1), \\1)->OnDone()")
+  "(__tsan_acquire(static_cast<ServerCallbackCall*>(this)), __tsan_acquire(\\1), \\1)->OnDone(),
+      __tsan_release(&ends_of_calls)")
 copy_header(grpcpp/support/method_handler.h
   "return handler\\(\\)" "return SynchronousMethod(), handler()")
 copy_header(grpcpp/impl/codegen/server_interface.h
+  "(ShutdownInternal\\(TimePoint<T>\\(deadline\\)\\.raw_time\\(\\)\\))"
+  "(\\1, __tsan_acquire(&ends_of_calls))"
   "(ShutdownInternal\\(\n[^\n]+gpr_inf_future\\(GPR_CLOCK_MONOTONIC\\)\\))"
-  "(\\1, __tsan_acquire(&all_methods))")
+  "(\\1, __tsan_acquire(&ends_of_calls))")
 include_directories(BEFORE SYSTEM ${HYPERMAP_TSAN_INCLUDE})
