@@ -1,4 +1,4 @@
-// What a check of a stored map has found.
+// The findings of a check of a stored map.
 #ifndef HYPERMAP_MAP_CHECK_REPORT_H_
 #define HYPERMAP_MAP_CHECK_REPORT_H_
 
@@ -16,7 +16,7 @@ struct Finding {
   std::string table;  // or index; empty: the file as a whole
   std::string row;    // such as "id 7"; empty: no single row
   std::string problem;
-  // Whether a repair can make it again from the rest of the map, without loss.
+  // True if a repair can make it again from the rest of the map, without loss.
   bool can_be_rebuilt = false;
 
   friend bool operator==(const Finding&, const Finding&) = default;

@@ -21,7 +21,7 @@ namespace {
 
 // Names of folders, which sort by their time.
 constexpr char kTimeFormat[] = "%Y-%m-%dT%H%M%SZ";
-// How often the schedule looks whether a backup is due, and how soon a failed one is tried again.
+// The schedule looks this often whether a backup is due, and tries a failed one again this soon.
 constexpr absl::Duration kLookPeriod = absl::Seconds(10);
 constexpr absl::Duration kRetryPeriod = absl::Minutes(10);
 

@@ -1,4 +1,4 @@
-// What hypermapd tells systemd, if systemd has started it (Type=notify, sd_notify(3)).
+// The messages of hypermapd to systemd, if systemd has started it (Type=notify, sd_notify(3)).
 #ifndef HYPERMAP_SERVER_SERVICE_MANAGER_H_
 #define HYPERMAP_SERVER_SERVICE_MANAGER_H_
 

@@ -168,7 +168,7 @@ class FusionLog {
 
   // The base of the log; nullopt while all entries are kept.
   virtual absl::StatusOr<std::optional<FusionBase>> FindBase(const std::string& layer) = 0;
-  // Whether the log has had observations of the robot up to its base, also retracted ones.
+  // Returns whether the log has had observations of the robot up to its base, also retracted ones.
   virtual absl::StatusOr<bool> HasForgotten(const std::string& layer, const std::string& robot) = 0;
   // The checkpoint that can become the base: of those stored before `stored_before` and after the
   // base that the log has, the one with the newest entries. nullopt if there is none.

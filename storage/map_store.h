@@ -79,7 +79,7 @@ struct MapHeader {
   // in an open map. Chosen at random at the creation if it is 0, and again by Open if the file is
   // not the one that this store wrote last, or if commits are missing that were acknowledged.
   uint64_t incarnation = 0;
-  // Whether the map is incomplete before its first commit. A map that a crash left without one is
+  // True if the map is incomplete before its first commit. A map that a crash left without one is
   // removed when it is opened.
   bool provisional = false;
 };

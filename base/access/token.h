@@ -27,7 +27,7 @@ absl::string_view IdOfToken(absl::string_view text);
 // SHA-256 of a token's text, as in NewToken.
 std::string DigestOfToken(absl::string_view text);
 
-// Whether two digests are equal, in a time that does not depend on where they differ.
+// Returns whether two digests are equal, in a time that does not depend on where they differ.
 bool EqualDigests(absl::string_view a, absl::string_view b);
 
 }  // namespace hypermap::access

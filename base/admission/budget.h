@@ -17,9 +17,9 @@ namespace hypermap::admission {
 struct BudgetOptions {
   // The name of what is counted, for messages.
   std::string unit = "bytes";
-  // Whether one client may hold the whole budget. If not, it may hold half.
+  // True if one client may hold the whole budget. If not, it may hold half.
   bool whole_for_one_client = false;
-  // Whether a charge that exceeds the budget, or a client's half of it, is accepted while nobody,
+  // True if a charge that exceeds the budget, or a client's half of it, is accepted while nobody,
   // or that client, holds anything.
   bool takes_one_larger = false;
 };

@@ -92,7 +92,7 @@ bool LacksResources(int error) {
   return error == EMFILE || error == ENFILE || error == ENOBUFS || error == ENOMEM;
 }
 
-// Whether the period has passed since `last`; if so, sets it to now.
+// Returns whether the period has passed since `last`; if so, sets it to now.
 bool IsDue(SteadyTime* last, absl::Duration period) {
   const SteadyTime now = SteadyTime::Now();
   if (now < *last + period) return false;

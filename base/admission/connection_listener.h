@@ -172,7 +172,7 @@ class ConnectionListener {
   SteadyTime stalled_shut_down_ = SteadyTime::InfinitePast();
   SteadyTime largest_shut_down_ = SteadyTime::InfinitePast();
   SteadyTime streams_shut_down_ = SteadyTime::InfinitePast();
-  // Whether bytes are counted in each period, because memory is about to be short.
+  // True if bytes are counted in each period, because memory is about to be short.
   bool is_memory_short_ = false;
   SteadyTime memory_returned_ = SteadyTime::InfinitePast();
   int64_t least_resident_ = std::numeric_limits<int64_t>::max();  // so far

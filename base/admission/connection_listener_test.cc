@@ -232,7 +232,7 @@ TEST_F(ConnectionListenerTest, MemoryThatTheServerKeepsIsNotThatOfConnections) {
   EXPECT_TRUE(Eventually([&] { return listener_->num_shut_down() == 1; }));
 }
 
-// Whether the memory of this program is that of glibc, and not that of a sanitizer.
+// Returns whether the memory of this program is that of glibc, and not that of a sanitizer.
 bool HasAllocatorOfGlibc() {
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)

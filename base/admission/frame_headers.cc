@@ -32,8 +32,8 @@ uint32_t StreamOf(absl::string_view bytes) {
   return stream;
 }
 
-// Whether `bytes` hold the header of a HEADERS frame of the stream: its type, any flags, and the
-// four bytes of the stream.
+// Returns whether `bytes` hold the header of a HEADERS frame of the stream: its type, any flags,
+// and the four bytes of the stream.
 bool BeginsStream(absl::string_view bytes, absl::string_view stream) {
   constexpr size_t kTypeAndFlags = 2;
   for (size_t at = bytes.find(stream); at != bytes.npos; at = bytes.find(stream, at + 1)) {
@@ -57,9 +57,9 @@ Header HeaderAt(const unsigned char* at) {
   return {word(at) >> 8, at[3], at[4], word(at + 5) & 0x7fff'ffff};
 }
 
-// Whether a server goes on after such a frame: the lengths and streams of RFC 9113, section 6. The
-// length is bounded, so that text is no header: gRPC takes frames of 16 KiB at first, and somewhat
-// larger ones from clients with fast links.
+// Returns whether a server goes on after such a frame: the lengths and streams of RFC 9113,
+// section 6. The length is bounded, so that text is no header: gRPC takes frames of 16 KiB at
+// first, and somewhat larger ones from clients with fast links.
 bool IsPlausible(const Header& header) {
   constexpr uint32_t kMaxLength = 1 << 20;
   constexpr uint32_t kMaxUnknownLength = 16'384;

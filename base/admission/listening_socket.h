@@ -33,8 +33,8 @@ struct ListeningSockets {
   std::vector<FileDescriptor> sockets;
 };
 
-// Whether only programs of this machine can reach HOST:PORT: all addresses of the host are loopback
-// addresses. Errors of Listen.
+// Returns whether only programs of this machine can reach HOST:PORT: all addresses of the host are
+// loopback addresses. Errors of Listen.
 absl::StatusOr<bool> IsLoopback(const std::string& address);
 
 // Listens on HOST:PORT; port 0 takes a free port, the same for all addresses of the host. HOST is a

@@ -35,8 +35,8 @@ struct ShutDownPeer {
   int64_t num_unknown_streams = 0;
 };
 
-// Whether the bytes that wait in the socket hold so many RST_STREAM frames of HTTP/2 that no honest
-// client sends them at once. They stay unread.
+// Returns whether the bytes that wait in the socket hold so many RST_STREAM frames of HTTP/2 that
+// no honest client sends them at once. They stay unread.
 bool HasManyResets(int socket);
 
 // Counts connections that another library owns and closes without a notice. Each is known by its

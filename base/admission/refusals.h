@@ -20,7 +20,7 @@ namespace hypermap::admission {
 // Returns RESOURCE_EXHAUSTED for a request that may succeed unchanged a little later, because
 // others fill a limit now. `message` names the limit's flag.
 absl::Status TryLater(absl::string_view message);
-// Whether the status is one of TryLater.
+// Returns whether the status is one of TryLater.
 bool IsTryLater(const absl::Status& status);
 
 // Counts refusals by the flag that they name. Thread safe.
@@ -41,8 +41,8 @@ class Refusals {
   int64_t NumOf(const std::string& flag) const;
   // The numbers by flag; of flags without refusals there are none.
   std::map<std::string, int64_t> Numbers() const;
-  // Whether there was a refusal of TryLater within this time: the server has more to do than it
-  // may take on.
+  // Returns whether there was a refusal of TryLater within this time: the server has more to do
+  // than it may take on.
   bool IsOverloaded(absl::Duration within) const;
 
  private:

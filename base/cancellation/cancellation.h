@@ -84,7 +84,8 @@ class ScopedCancellation {
   Cancellation* const before_;
 };
 
-// Whether the work of this thread should be given up. False, and fast, without a cancellation.
+// Returns whether the work of this thread should be given up. False, and fast, without a
+// cancellation.
 bool IsCancelled();
 // OK, or the error of the cancellation of this thread.
 absl::Status CheckCancelled();

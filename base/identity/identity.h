@@ -23,10 +23,11 @@ struct Identity {
   std::vector<std::string> robots;
 };
 
-// Whether `name` matches one of the patterns.
+// Returns whether `name` matches one of the patterns.
 bool MatchesOne(const std::vector<std::string>& patterns, absl::string_view name);
 
-// Whether the identity may use this name of a robot: its own name, or one that matches `robots`.
+// Returns whether the identity may use this name of a robot: its own name, or one that matches
+// `robots`.
 bool MayActAs(const Identity& identity, absl::string_view robot);
 
 }  // namespace hypermap::access

@@ -46,7 +46,7 @@ std::string Cut(absl::string_view value) {
   return absl::StrCat(value.substr(0, kMaxBytes), "...");
 }
 
-// Whether a value can stand in a line of text as it is.
+// Returns whether a value can stand in a line of text as it is.
 bool IsWord(absl::string_view value) {
   constexpr absl::string_view kSigns = "_-.:/+";
   return !value.empty() && std::all_of(value.begin(), value.end(), [&](char c) {

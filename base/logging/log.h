@@ -46,7 +46,7 @@ class Field {
 // threads log. Until then it has lines of at least kInfo as text, on stdout.
 void Start(Level least, Format format);
 
-// Whether lines of this level are written; for lines that are costly to make.
+// Returns whether lines of this level are written; for lines that are costly to make.
 bool IsLogged(Level level);
 
 // Writes a line. The message is the program's own text, and the same in all lines of a kind.

@@ -47,7 +47,7 @@ class ServerClock {
   // wrong does not believe it. Does nothing for a reading of another boot.
   void Resume(const std::string& boot_id, absl::Duration since_boot, absl::Time now);
 
-  // Whether the wall clock has been in step for kSettle, so that Now() is probably right.
+  // Returns whether the wall clock has been in step for kSettle, so that Now() is probably right.
   bool IsSettled();
 
   // A jump of the wall clock that was not followed yet.

@@ -21,7 +21,7 @@ inline constexpr char kExploredLayer[] = "bench-explored";
 
 struct FleetOptions {
   std::string map;
-  // Whether the map may have layers besides those of the load.
+  // True if the map may have layers besides those of the load.
   bool into_existing = false;
   int robots = 200;
   double observe_hz = 1.0;  // observations of a robot; here and below, 0: none

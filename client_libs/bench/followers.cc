@@ -16,8 +16,8 @@ namespace {
 // How soon a replica's thread notices that it has to stop.
 constexpr absl::Duration kLook = absl::Milliseconds(200);
 
-// Whether the client library has ended a watch because of its messages. It refuses revisions that
-// come again or go back.
+// Returns whether the client library has ended a watch because of its messages. It refuses
+// revisions that come again or go back.
 bool IsRefusal(const absl::Status& why) {
   return absl::IsInternal(why) && absl::StartsWith(why.message(), "the server's answer");
 }

@@ -8,8 +8,8 @@
 namespace hypermap::bench {
 namespace {
 
-// Whether the same operation may succeed later. A killed server shows in several codes, so that
-// only those that blame the request are final.
+// Returns whether the same operation may succeed later. A killed server shows in several codes, so
+// that only those that blame the request are final.
 bool MayPass(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kInvalidArgument:

@@ -15,7 +15,8 @@
 
 namespace hypermap::bench {
 
-// Whether everything that the server acknowledged is there at the end, and all followers have it.
+// Tells whether everything that the server acknowledged is there at the end, and all followers have
+// it.
 struct Consistency {
   Revision first = 0;   // the revision at the start
   Revision newest = 0;  // the revision at the end

@@ -78,7 +78,7 @@ class RevisionTimes {
   // A watcher was told of the revision. Absent time: the watcher has reached it, and was told no
   // time, because the revision has no changes.
   void Note(Revision revision, std::optional<absl::Time> time);
-  // Whether the time of the revision is known, or it is known to have none.
+  // Returns whether the time of the revision is known, or it is known to have none.
   bool IsSettled(Revision revision) const;
   std::optional<absl::Time> TimeOf(Revision revision) const;
 

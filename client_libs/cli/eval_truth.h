@@ -23,8 +23,8 @@ struct PlacedObjects {
 // layer.
 absl::StatusOr<PlacedObjects> ReadTruth(const std::string& path, const std::string& layer);
 
-// Whether a true object is evaluated. It is not if its attribute "detectable" is false, or if its
-// attribute "visible_frames" is smaller than `min_visible_frames`. An object without these
+// Returns whether a true object is evaluated. It is not if its attribute "detectable" is false, or
+// if its attribute "visible_frames" is smaller than `min_visible_frames`. An object without these
 // attributes is.
 bool Counts(const SemanticObject& object, int min_visible_frames);
 

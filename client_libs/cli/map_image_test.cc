@@ -267,7 +267,7 @@ TEST(MapImageTest, AnExplorationOfAnotherLayerDarkensNothing) {
   EXPECT_EQ(ColourAt(Draw(scene, kHalfSeen), 1.5, 0.5), 0xF8F8F8u);
 }
 
-// Whether a pixel on the line between two points of the map has this colour.
+// Returns whether a pixel on the line between two points of the map has this colour.
 bool HasColour(const Pixels& pixels, const Colour& c, const Point& from, const Point& to) {
   const uint32_t wanted = RgbOf(c);
   constexpr int kSteps = 200;

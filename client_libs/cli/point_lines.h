@@ -23,7 +23,7 @@ class PointLines {
   std::vector<Point> Next(size_t max_points);
   // After Next returned nothing: OK at the end, INVALID_ARGUMENT naming an invalid line.
   const absl::Status& status() const { return status_; }
-  // Whether Next would wait for input.
+  // Returns whether Next would wait for input.
   bool paused() const { return in_.rdbuf()->in_avail() == 0; }
 
  private:

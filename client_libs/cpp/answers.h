@@ -26,7 +26,7 @@ using hypermap::RevisionRecord;
 
 // Who the caller is to the server, and what it may do.
 struct CallerAnswer {
-  // Whether the server knows identities. If not, everybody may do everything, and the rest is
+  // True if the server knows identities. If not, everybody may do everything, and the rest is
   // empty.
   bool has_identities = false;
   std::string identity;  // the author of the caller's changes

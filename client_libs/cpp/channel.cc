@@ -99,7 +99,7 @@ class BearerTokens : public grpc::experimental::ClientInterceptorFactoryInterfac
   const TokenSource source_;
 };
 
-// Whether data sent to the target stays on this machine.
+// Returns whether data sent to the target stays on this machine.
 bool IsLoopback(const std::string& target) {
   if (absl::StartsWith(target, "unix:")) return true;
   absl::string_view host = target;

@@ -53,9 +53,9 @@ struct ClientOptions {
   // Token that is sent with each call as "authorization: Bearer TOKEN". Empty: none. Without TLS,
   // calls to another machine fail with UNAUTHENTICATED rather than send the token.
   TokenSource token = nullptr;
-  // Whether to send the token to other machines without TLS, too.
+  // If true, the token is sent to other machines without TLS, too.
   bool token_in_clear = false;
-  // Whether this client and its copies have a TCP connection that they share with no other client.
+  // True if this client and its copies have a TCP connection that they share with no other client.
   // By default, gRPC may use one connection for several clients of a process that have the same
   // target and options.
   bool own_connection = false;
@@ -101,7 +101,7 @@ struct ImportOptions {
   std::string layer;
   // For nav2: the frame of the layer. Empty: the map's own.
   std::string frame_id;
-  // Whether to create the map if it does not exist.
+  // If true, the map is created if it does not exist.
   bool create_map = true;
 };
 

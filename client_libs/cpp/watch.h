@@ -40,7 +40,7 @@ struct WatchOptions {
   // Allows the server to send several changes of a busy map together, some milliseconds later, so
   // that it can serve many more watches. Next returns the same events either way.
   bool coalesce = true;
-  // Whether a broken watch resumes by itself after the last revision that arrived completely.
+  // True if a broken watch resumes by itself after the last revision that arrived completely.
   bool resume = true;
   // Maximum time for retries of a watch that had begun, while no server answers. Before its first
   // message, it is retried for the client's retry_for.
@@ -48,11 +48,11 @@ struct WatchOptions {
   // A connection on which nothing arrives for this long, not even progress, counts as broken.
   // Should exceed the server's --watch_progress (10 s).
   absl::Duration idle_timeout = absl::Seconds(60);
-  // Whether the watch continues with a new snapshot if the changes to resume from are no longer
+  // True if the watch continues with a new snapshot if the changes to resume from are no longer
   // kept, or the map is another incarnation, because it was restored, replaced or made anew.
   // Otherwise it ends with OUT_OF_RANGE or ABORTED.
   bool snapshot_when_compacted = false;
-  // Whether events have their changes. Otherwise the changes are only counted
+  // True if events have their changes. Otherwise the changes are only counted
   // (WatchEvent::num_changes), which saves the time to convert them.
   bool with_changes = true;
 };
@@ -96,7 +96,7 @@ struct WatchEvent {
   // Empty: progress; nothing in the selection has changed up to this revision. Always empty if the
   // watch is not with_changes.
   std::vector<MapChange> changes;
-  // Whether the changes are the whole selection at the revision (kPut and kCells; those of
+  // True if the changes are the whole selection at the revision (kPut and kCells; those of
   // Replicate also kTransform and kLayerCreated).
   bool snapshot = false;
   // For snapshots: whether it replaces everything that was reported before.

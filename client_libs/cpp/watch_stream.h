@@ -241,8 +241,8 @@ class WatchStream final : public Watcher::Call {
     Open();
   }
 
-  // Whether the server can't continue from the revision that was asked for: its changes are no
-  // longer kept, or the map is another incarnation.
+  // Returns whether the server can't continue from the revision that was asked for: its changes are
+  // no longer kept, or the map is another incarnation.
   bool NeedsSnapshot(const absl::Status& why) const {
     if (absl::IsAborted(why)) return request_.scope().incarnation() != 0;
     return absl::IsOutOfRange(why);

@@ -24,7 +24,7 @@ namespace hypermap::client {
 template <typename Response>
 struct ScriptedStream {
   std::vector<Response> responses;
-  // Whether the call stays open after the responses until the caller cancels.
+  // True if the call stays open after the responses until the caller cancels.
   bool stays = false;
   grpc::Status status;
 };
@@ -35,7 +35,7 @@ using ScriptedReplication = ScriptedStream<v1::ReplicateResponse>;
 struct Script {
   // The status of every call, after its other answers.
   grpc::Status status;
-  // Whether area and value queries are answered without end, until the caller cancels.
+  // True if area and value queries are answered without end, until the caller cancels.
   bool endless = false;
   // Number of calls that fail with UNAVAILABLE before the others are answered.
   int outage = 0;

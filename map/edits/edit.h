@@ -40,7 +40,7 @@ struct PutObject {
   std::string layer;
   SemanticObject object;
   std::string frame_id;
-  // Whether an object that was removed may be put again with its old id.
+  // True if an object that was removed may be put again with its old id.
   bool revive = false;
   // ABORTED unless the object has this version.
   std::optional<Revision> if_version;

@@ -92,7 +92,7 @@ class Explorer::Effort {
     has_left_out_ = true;
     return false;
   }
-  // Whether TakesNext ever returned false.
+  // Returns whether TakesNext ever returned false.
   bool has_left_out() const { return has_left_out_; }
 
  private:

@@ -156,7 +156,7 @@ class Explorer {
   void ForgetViews(const CellBox& changed);
   // Returns the number of wanted cells that can be seen from `cell`. Cached.
   int64_t GainAt(const CellIndex& cell);
-  // Whether the view from `cell` may share cells with that from a promised place.
+  // Returns whether the view from `cell` may share cells with that from a promised place.
   bool MayShareView(const CellIndex& cell) const;
   // Returns the same as GainAt, without the cells that can be seen from promised places. Not
   // cached.
@@ -168,7 +168,7 @@ class Explorer {
   using CellSet = absl::flat_hash_set<CellIndex, CellHash>;
   struct Found {
     std::optional<ChosenViewpoint> best;
-    // Whether no place was left out.
+    // True if no place was left out.
     bool is_complete = true;
   };
   // The search of ChooseViewpoint. It also tries the cells of `robots` as viewpoints, and removes
@@ -201,8 +201,8 @@ class Explorer {
   ViewshedRays viewshed_rays_;
   PathSearch paths_;
   absl::flat_hash_map<CellIndex, int64_t, CellHash> gains_;
-  // Whether a cell was found to be a place that sees a frontier (kSeesFrontier), and whether it is
-  // a frontier's cell whose view was looked at for that (kLookedBack).
+  // Flags of each cell: it was found to be a place that sees a frontier (kSeesFrontier); it is a
+  // frontier's cell whose view was looked at for that (kLookedBack).
   CellRaster<uint8_t> back_;
   bool back_is_empty_ = true;
   // Compared with question_, so that it need not be cleared for each query.

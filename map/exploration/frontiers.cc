@@ -120,7 +120,7 @@ void Frontiers::TakeApart(Number number, std::vector<CellIndex>* cells) {
 }
 
 void Frontiers::Join(const std::vector<CellIndex>& cells) {
-  // Of all frontiers together, because there may be many small ones.
+  // Counts for all frontiers together, because there may be many small ones.
   size_t num_visits = 0;
   for (const CellIndex& first : cells) {
     if (++num_visits % kVisitsPerLook == 0 && IsCancelled()) return;

@@ -76,7 +76,7 @@ struct Track {
   // not change.
   void Refresh(const EvidenceParameters& parameters);
   void RefreshObject(const EvidenceParameters& parameters);
-  // Whether the two were detected side by side so often that they must be two things.
+  // Returns whether the two were detected side by side so often that they must be two things.
   bool IsApartFrom(const Track& other) const;
   // Adds the evidence of another track, which turned out to be of the same thing.
   void Absorb(const Track& other, const EvidenceParameters& parameters);

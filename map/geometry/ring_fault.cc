@@ -91,11 +91,11 @@ class Sweep {
 
   struct RingState {
     bool is_reached = false;
-    // Whether the interior is on the right of the edges that run upward.
+    // True if the interior is on the right of the edges that run upward.
     bool interior_is_right = false;
     // The innermost ring around this one.
     int32_t enclosing = kNone;
-    // Whether one of its two edges at the point in question has been passed on the way round.
+    // True if one of its two edges at the point in question has been passed on the way round.
     bool is_open = false;
     // Parent in the forest of rings that are connected by touching.
     int32_t parent = kNone;

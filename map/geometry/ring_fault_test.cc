@@ -19,7 +19,7 @@ using testing::TestSeed;
 using testing::Uniform;
 using testing::UniformInt;
 
-// Whether GEOS, which compares all edges whose boxes intersect, finds the polygon valid.
+// Returns whether GEOS, which compares all edges whose boxes intersect, finds the polygon valid.
 bool IsValidInGeos(const Rings& rings) {
   const GeosContext& geos = GeosContext::OfThisThread();
   const GeosGeometry polygon = geos.MakePolygon(rings);

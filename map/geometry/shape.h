@@ -81,7 +81,7 @@ class Shape {
     return std::visit(std::forward<Visitor>(visitor), shape_);
   }
 
-  // Whether it has no vertices.
+  // Returns whether it has no vertices.
   bool empty() const {
     switch (kind()) {
       case ShapeKind::kPolygon:

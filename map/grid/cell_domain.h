@@ -54,7 +54,7 @@ class CellDomain {
   // The words of Words() that match exactly one value. A word that matches a range of values, such
   // as "free", or no value, such as "unknown", is not among them.
   virtual std::vector<WordOfValue> WordsOfValues() const { return {}; }
-  // Whether known cells have one of two values only.
+  // Returns whether known cells have one of two values only.
   virtual bool IsBinary() const { return false; }
 };
 

@@ -32,8 +32,8 @@ class GridCursor : public AnswerCursor {
   // begin.
   void ReadRow(std::optional<size_t> before, std::vector<CellRun>* runs);
   void RepeatRow(size_t before, std::vector<CellRun>* runs);
-  // Whether the next row equals the row before, so that its runs can be copied without reading
-  // cells.
+  // Returns whether the next row equals the row before, so that its runs can be copied without
+  // reading cells.
   bool IsLikeTheRowBefore();
   void Append(int32_t begin, int32_t end, CellCode code, std::vector<CellRun>* runs);
   // Prefetches the cells of the rows before `row_end`.

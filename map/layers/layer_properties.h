@@ -12,9 +12,9 @@
 namespace hypermap {
 
 struct LayerProperties {
-  // Whether it is a grid, which answers with values.
+  // True if it is a grid, which answers with values.
   bool has_cells = false;
-  // Whether it contains objects.
+  // True if it contains objects.
   bool has_shapes = false;
   // The unit of the cells' values; may be empty.
   std::string unit;
@@ -22,7 +22,7 @@ struct LayerProperties {
   std::optional<CellValueRange> value_range;
   // Words that queries for cells may use, such as "free".
   std::vector<std::string> words;
-  // Whether cells have one of two values only.
+  // True if cells have one of two values only.
   bool is_binary = false;
   // The words that stand for exactly one value, with that value.
   std::vector<WordOfValue> words_of_values;

@@ -9,7 +9,8 @@
 
 namespace hypermap {
 
-// Whether layers of this kind are made of cells (GridLayer) rather than objects (SemanticLayer).
+// Returns whether layers of this kind are made of cells (GridLayer) rather than objects
+// (SemanticLayer).
 bool IsGridKind(LayerKind kind);
 
 // Returns the value domain of a grid kind; null for other kinds.

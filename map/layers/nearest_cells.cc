@@ -18,7 +18,7 @@ namespace {
 // Not std::hypot, which is not monotonic: it may be less for a larger difference.
 double Norm(double dx, double dy) { return std::sqrt(dx * dx + dy * dy); }
 
-// Where a cell is in the answer: nearer cells first, then by row and column.
+// The place of a cell in the answer: nearer cells first, then by row and column.
 struct Place {
   double distance_m;
   CellIndex cell;
@@ -110,7 +110,7 @@ class CellDistances {
     return centres;
   }
 
-  // How far `value` is outside of [low, high].
+  // The distance of `value` from [low, high].
   static double Outside(double low, double high, double value) {
     if (value < low) return low - value;
     return value > high ? value - high : 0.0;
@@ -174,9 +174,10 @@ class Search {
   };
 
   bool IsFull() const { return best_.size() == k_; }
-  // Whether a cell that has this place or a later one can be in the answer.
+  // Returns whether a cell that has this place or a later one can be in the answer.
   bool CanHold(const Place& first) const { return !IsFull() || first < best_.top().place; }
-  // Whether only the order of cells decides if the box is to be read, or before which others.
+  // Returns whether only the order of cells decides if the box is to be read, or before which
+  // others.
   bool IsTied(const Entry& entry) const {
     const double distance_m = entry.first.distance_m;
     return (IsFull() && distance_m == best_.top().place.distance_m) ||

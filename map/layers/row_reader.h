@@ -35,8 +35,8 @@ class RowReader {
     if (col < span.col_end) visit(col, span.col_end, kUnknownCode);
   }
 
-  // Whether Visit would find the same in this row and in the row before. False may also mean that
-  // finding out is too expensive.
+  // Returns whether Visit would find the same in this row and in the row before. False may also
+  // mean that finding out is too expensive.
   bool IsLikeTheRowBefore(int32_t row, const ColumnSpan& span) {
     if (row % kTileSide == 0) return false;  // Its row before is in other tiles.
     bool is_like = true;

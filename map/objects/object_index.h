@@ -86,7 +86,7 @@ class ObjectIndex {
   static Change MakeChange(ObjectId id, const ObjectPtr& object);
   std::vector<ObjectEntry> RecentEntries() const;
   bool IsRecent(ObjectId id) const;
-  // Whether an entry of `id` in something newer hides the one in runs_[run].
+  // Returns whether an entry of `id` in something newer hides the one in runs_[run].
   bool IsHidden(size_t run, ObjectId id) const;
   // Appends the objects that cover points[begin] to points[end - 1], unsorted.
   bool CoverChunk(absl::Span<const Point> points, size_t begin, size_t end,

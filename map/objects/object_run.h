@@ -59,7 +59,7 @@ class ObjectRun {
   const Box& bounds() const { return bounds_; }
   // Numbers of the objects that reach farthest to a side, the farthest first.
   absl::Span<const int32_t> Farthest(int side) const { return farthest_[side]; }
-  // Whether Farthest(side) contains every object that has a bounding box.
+  // Returns whether Farthest(side) contains every object that has a bounding box.
   bool HasAllFarthest(int side) const { return farthest_[side].size() == num_placed_; }
 
  private:

@@ -17,7 +17,7 @@ struct AsOf {
   // The query waits until the map has this revision; 0: does not wait.
   Revision min_revision = 0;
 
-  // Whether the query reads a past revision.
+  // Returns whether the query reads a past revision.
   bool is_past() const { return revision.has_value() || time.has_value(); }
 };
 

@@ -32,7 +32,7 @@ class AreaInFrames {
   // A box in the layer's frame that contains the area. Converts only the corners of a box.
   Box BoundsIn(const PlanarTransform& area_from_layer) const;
 
-  // Whether the area has a point in common with a shape in the layer's frame. Linear in the
+  // Returns whether the area has a point in common with a shape in the layer's frame. Linear in the
   // vertices if there is no such conversion yet: to use the layers one after the other saves
   // conversions.
   bool Intersects(const PlanarTransform& area_from_layer, const Shape& shape);

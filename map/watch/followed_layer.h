@@ -59,8 +59,8 @@ class LabelSet {
  public:
   LabelSet(const std::set<std::string>& classes, const ValueAliases& aliases);
 
-  // Whether there are no classes, or an object with this label, which need not be folded, is one of
-  // theirs.
+  // Returns whether there are no classes, or an object with this label, which need not be folded,
+  // is one of theirs.
   bool Selects(const std::string& label) const;
 
  private:
@@ -118,7 +118,7 @@ class FollowedLayer {
   int64_t LooksAt(const ObjectPtr& object) const;
 
  private:
-  // Whether the tile is near the area.
+  // Returns whether the tile is near the area.
   bool IsNear(const TileIndex& tile) const;
 
   const LayerStructure& layer_;

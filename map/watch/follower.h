@@ -93,9 +93,9 @@ class Follower {
 
   // Goes on from `structure`. Returns whether a reset is needed.
   bool MoveTo(const StructurePtr& structure);
-  // Whether the change of structure moves content in the caller's frame, or changes the meaning of
-  // a class, for a layer that is in both structures. Linear in the layers only if a transform has
-  // changed.
+  // Returns whether the change of structure moves content in the caller's frame, or changes the
+  // meaning of a class, for a layer that is in both structures. Linear in the layers only if a
+  // transform has changed.
   bool NeedsReset(const MapStructure& before, const MapStructure& after) const;
   bool HasMoved(const MapStructure& before, const MapStructure& after) const;
 

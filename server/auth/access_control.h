@@ -30,12 +30,12 @@ class AccessControl {
                                                                std::string own_name,
                                                                ServerClock* clock);
 
-  // Whether everybody may do everything.
+  // Returns whether everybody may do everything.
   bool is_open() const { return path_.empty(); }
 
-  // Who calls: by the token in the call's metadata ("authorization: Bearer TOKEN"), or else by the
-  // client certificate of its connection. UNAUTHENTICATED if it shows neither, or something that is
-  // not known or has expired.
+  // Identifies the caller by the token in the call's metadata ("authorization: Bearer TOKEN"), or
+  // else by the client certificate of its connection. UNAUTHENTICATED if it shows neither, or
+  // something that is not known or has expired.
   absl::StatusOr<Caller> Identify(const grpc::ServerContextBase& context) const;
   // The same for a caller that was identified before; cheap unless the file has changed since then.
   // UNAUTHENTICATED if it would not be identified any more; PERMISSION_DENIED if it is another
@@ -47,7 +47,7 @@ class AccessControl {
   bool Refresh();
 
  private:
-  // What tells that a file was replaced or written.
+  // Differs if a file was replaced or written.
   struct Stamp {
     int64_t inode = 0;
     int64_t size = 0;

@@ -1,4 +1,4 @@
-// Who makes a call, and what it may do.
+// The identity that makes a call, and its permissions.
 #ifndef HYPERMAP_SERVER_AUTH_CALLER_H_
 #define HYPERMAP_SERVER_AUTH_CALLER_H_
 
@@ -25,13 +25,13 @@ struct Caller {
   std::vector<std::string> certificate_names;
   // From this time on, the token is worth nothing.
   absl::Time expires = absl::InfiniteFuture();
-  // Of the table of identities in which the caller was found.
+  // Version of the table of identities in which the caller was found.
   int64_t table_version = 0;
 
   // OK if the caller may call this rpc at all; PERMISSION_DENIED naming the role that it has and
   // the one that it needs.
   absl::Status CheckRpc(Rpc rpc) const;
-  // Whether the caller may know of this map.
+  // Returns whether the caller may know of this map.
   bool MaySee(absl::string_view map) const;
   // OK if the caller may use its role for this map. PERMISSION_DENIED.
   absl::Status CheckMap(absl::string_view map) const;

@@ -65,7 +65,7 @@ int32_t CellsBetween(int32_t begin, int32_t end, int32_t at) {
   return std::max({begin - at, 0, at - (end - 1)});
 }
 
-// Whether the nearest cell of `box` is at most `distance` cells from `cell`.
+// Returns whether the nearest cell of `box` is at most `distance` cells from `cell`.
 bool IsNear(const CellBox& box, const CellIndex& cell, double distance) {
   const double rows = CellsBetween(box.row_begin, box.row_end, cell.row);
   const double cols = CellsBetween(box.col_begin, box.col_end, cell.col);
@@ -86,7 +86,7 @@ absl::Status CheckSizesInCells(const Explorer::Options& options, const GridLayer
   return absl::OkStatus();
 }
 
-// Whether a cell of `seen` is the cell of `floor` with the same index.
+// Returns whether a cell of `seen` is the cell of `floor` with the same index.
 bool HaveSameCells(const GridLayer& floor, const GridLayer& seen) {
   return floor.spec().frame_id == seen.spec().frame_id && floor.geometry() == seen.geometry();
 }

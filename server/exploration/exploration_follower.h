@@ -69,12 +69,13 @@ class ExplorationFollower {
   std::optional<CellIndex> CellAt(const Point& in_layer) const;
   // A floor cell's square, in the layer's frame.
   Polygon SquareOf(const CellIndex& cell) const;
-  // Whether a robot can be at this place, or so near to it that it can drive away from there.
+  // Returns whether a robot can be at this place, or so near to it that it can drive away from
+  // there.
   bool CanStand(const Point& in_layer);
 
-  // Whether floor near an unreachable place may have changed since it was given up: the Explorer
-  // was told of such a change, or the occupancy layer had changed anywhere before the Explorer was
-  // made.
+  // Returns whether floor near an unreachable place may have changed since it was given up: the
+  // Explorer was told of such a change, or the occupancy layer had changed anywhere before the
+  // Explorer was made.
   bool MayBeReachableAgain(const UnreachablePlace& place) const;
 
  private:
@@ -94,7 +95,7 @@ class ExplorationFollower {
 
   static absl::StatusOr<Ground> FindGround(const Snapshot& snapshot,
                                            const Exploration& exploration);
-  // Whether an Explorer made from `a` can be updated to `b`.
+  // Returns whether an Explorer made from `a` can be updated to `b`.
   static bool AreAlike(const Ground& a, const Ground& b);
 
   // Makes a new Explorer.

@@ -137,7 +137,7 @@ TEST_P(EvidenceRetentionTest, NothingThatIsShownChanges) {
         break;
       }
       case 9: {
-        // What is shown is the fold of what is left.
+        // The layer shows the fold of what is left.
         const auto rebuilt = map_.Run(RebuildFusion{"things", "", ""});
         ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
         EXPECT_THAT(*rebuilt, IsEmpty());
@@ -197,7 +197,7 @@ TEST_P(EvidenceRetentionTest, RetractionOfForgottenObservationsIsRefused) {
   EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("--observation_age"));
   EXPECT_EQ(map_.Objects(), before);
-  // Of the other robot nothing is forgotten.
+  // Nothing of the other robot is forgotten.
   EXPECT_TRUE(map_.Run(RetractObservations{"things", "b"}).ok());
   EXPECT_TRUE(
       map_.Run(RetractObservations{"things", "a", BeginOfLog() + absl::Nanoseconds(1)}).ok());

@@ -174,7 +174,7 @@ class FusedLayer {
              storage::FusionLog* stored, const FusionOptions* options);
   FusedLayer(const FusedLayer&) = default;
 
-  // What the strategy shows of the tip.
+  // The objects that the strategy shows at the tip.
   std::vector<fusion::FusedObject> ObjectsOfTip() const {
     return strategy_->Objects(fold_.tip().state);
   }

@@ -47,7 +47,7 @@ class LateFold {
   // is a change like others, whose result is returned.
   bool Arrived(const storage::LogKey& key, absl::string_view body);
 
-  // Whether any of the late observations have arrived.
+  // Returns whether any of the late observations have arrived.
   bool has_arrivals() const { return awaited_.size() < late_.size(); }
   // The newest state that counts only observations that the log has, and the checkpoints before it;
   // null if there is none. REQUIRES: has_arrivals(). Call it once.

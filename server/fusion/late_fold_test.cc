@@ -140,7 +140,7 @@ TEST_P(LateFoldTest, GivesWhatTheObservationsGiveOtherwise) {
     }
     if (HasFatalFailure()) return;
   }
-  // What is shown is the fold of the log.
+  // The layer shows the fold of the log.
   const auto rebuilt = map_.Run(RebuildFusion{"things", "", ""});
   ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
   EXPECT_TRUE(rebuilt->empty());

@@ -15,8 +15,8 @@
 
 namespace hypermap::server {
 
-// Where the fold of a log begins: at its base, or without evidence if it has none. DATA_LOSS if the
-// state of the base can't be read.
+// The point where the fold of a log begins: at its base, or without evidence if it has none.
+// DATA_LOSS if the state of the base can't be read.
 absl::StatusOr<FoldPoint> BeginningOfLog(const std::optional<storage::FusionBase>& base,
                                          const fusion::Strategy& strategy);
 

@@ -130,7 +130,7 @@ class MapFusion {
   // Bytes of memory that the states of the loaded layers take: an estimate.
   int64_t bytes() const;
 
-  // Whether any fused layer is loaded, which Reset would drop.
+  // Returns whether any fused layer is loaded, which Reset would drop.
   bool has_loaded_layers() const { return !layers_.empty(); }
 
   // Must be called when all revisions since the last call are stored.

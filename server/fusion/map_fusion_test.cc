@@ -1,4 +1,4 @@
-// How fused layers react to the edits of operators.
+// Tests how fused layers react to the edits of operators.
 #include "server/fusion/map_fusion.h"
 
 #include <gmock/gmock.h>

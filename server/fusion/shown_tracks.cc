@@ -47,7 +47,7 @@ void ShownTracks::Load(const std::vector<storage::TrackId>& stored, const Snapsh
     const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(id);
     if (object) shown_[track] = {id, WithId(*object, 0)};
   }
-  // Of the tracks that have shown an object, the strategy shows one at most. If it shows none, the
+  // The strategy shows at most one of the tracks that have shown an object. If it shows none, the
   // next Show removes the object.
   std::set<ObjectId> of_fused;
   for (const fusion::FusedObject& object : fused) {

@@ -1,4 +1,4 @@
-// Which objects of a fused layer show which tracks of its fold.
+// The relation between the objects of a fused layer and the tracks of its fold that they show.
 #ifndef HYPERMAP_SERVER_FUSION_SHOWN_TRACKS_H_
 #define HYPERMAP_SERVER_FUSION_SHOWN_TRACKS_H_
 
@@ -39,7 +39,8 @@ class ShownTracks {
   std::vector<fusion::TrackKey> TracksOf(ObjectId id) const;
   // The object's track; for an object without one, a key for a track of its own.
   fusion::TrackKey TrackOf(ObjectId id) const;
-  // Whether the object has lost its track to another object, so that fusion knows nothing of it.
+  // Returns whether the object has lost its track to another object, so that fusion knows nothing
+  // of it.
   bool HasLostItsTrack(ObjectId id) const;
 
   // An operator put or removed the object; the fact is about TrackOf the object.
@@ -61,7 +62,7 @@ class ShownTracks {
     ObjectPtr object;  // with id 0, so that it can be compared with a FusedObject
   };
 
-  // Whether the track shows or has shown another object than this one.
+  // Returns whether the track shows or has shown another object than this one.
   bool IsTrackOfAnother(const fusion::TrackKey& track, ObjectId id) const;
   void SetId(const fusion::TrackKey& track, ObjectId id);
   // Assigns each object that an operator put to the track that the strategy made of it.

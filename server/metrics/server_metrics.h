@@ -16,7 +16,8 @@ namespace hypermap::server {
 // metrics are those of go-grpc-middleware, for which there are dashboards. Thread safe.
 class ServerMetrics final : public prometheus::Collectable {
  public:
-  // What `facilities` points to must outlive this, and so must `backups`, which may be null.
+  // Everything that `facilities` points to must outlive this, and so must `backups`, which may be
+  // null.
   ServerMetrics(const Facilities& facilities, const BackupMeters* backups)
       : facilities_(facilities), backups_(backups) {}
 

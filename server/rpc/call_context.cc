@@ -22,19 +22,20 @@ std::string ClientOf(const Caller& caller) { return caller.identity ? caller.ide
 
 }  // namespace
 
-CallContext::CallContext(const Door& door, grpc::CallbackServerContext* context, Rpc rpc)
-    : access_(door.access),
-      meters_(door.meters),
-      log_pace_(&door.budgets->log_pace),
+CallContext::CallContext(const CallFacilities& facilities, grpc::CallbackServerContext* context,
+                         Rpc rpc)
+    : access_(facilities.access),
+      meters_(facilities.meters),
+      log_pace_(&facilities.budgets->log_pace),
       rpc_(rpc),
       context_(context),
       peer_(context->peer()),
       admitted_(Identify(*access_, *context, rpc, &caller_)),
-      ticket_(door.budgets, context, peer_, ClientOf(caller_)),
+      ticket_(facilities.budgets, context, peer_, ClientOf(caller_)),
       log_(*context, rpc) {
   meters_->Began(rpc);
   if (admitted_.ok()) admitted_ = ticket_.admitted();
-  if (admitted_.ok()) admitted_ = door.budgets->call_rate.Take(ticket_.client());
+  if (admitted_.ok()) admitted_ = facilities.budgets->call_rate.Take(ticket_.client());
 }
 
 absl::Status CallContext::EnterMap(std::string map) {

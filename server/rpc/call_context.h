@@ -1,4 +1,4 @@
-// What every rpc under way has: its caller, its admission and its log.
+// The context of an rpc under way: its caller, its admission and its log.
 #ifndef HYPERMAP_SERVER_RPC_CALL_CONTEXT_H_
 #define HYPERMAP_SERVER_RPC_CALL_CONTEXT_H_
 
@@ -25,8 +25,8 @@
 
 namespace hypermap::server {
 
-// What all calls of a server go through when they arrive and end. All must outlive the calls.
-struct Door {
+// The parts of a server that admit and log its calls. All must outlive the calls.
+struct CallFacilities {
   Budgets* budgets;
   const AccessControl* access;
   RpcMeters* meters;
@@ -37,7 +37,7 @@ struct Door {
 class CallContext {
  public:
   // The context lives as long as this.
-  CallContext(const Door& door, grpc::CallbackServerContext* context, Rpc rpc);
+  CallContext(const CallFacilities& facilities, grpc::CallbackServerContext* context, Rpc rpc);
 
   // OK, or the error with which the call must end before any work: nobody knows the caller, it may
   // not call this rpc, or too many calls are under way.

@@ -1,4 +1,4 @@
-// What finds one call in the logs of several programs.
+// The names by which one call is found in the logs of several programs.
 #ifndef HYPERMAP_SERVER_RPC_CORRELATION_H_
 #define HYPERMAP_SERVER_RPC_CORRELATION_H_
 
@@ -14,7 +14,8 @@ inline constexpr char kRequestIdKey[] = "x-request-id";
 // Metadata key of the caller's place in a trace (https://www.w3.org/TR/trace-context/).
 inline constexpr char kTraceParentKey[] = "traceparent";
 
-// Whether a caller may name its call so: 1 to 128 letters, digits and characters of "-_.:/+=".
+// Returns whether a caller may name its call so: 1 to 128 letters, digits and characters of
+// "-_.:/+=".
 bool IsRequestId(absl::string_view id);
 
 // A random name.

@@ -39,7 +39,7 @@ TEST(CorrelationTest, TraceIdOfATraceparent) {
 TEST(CorrelationTest, OtherTraceparentsAreIgnored) {
   for (const char* traceparent :
        {"", "00", "-", "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7",
-        // Of version 00 with more than that version has, or with more without a dash.
+        // Version 00 with more than that version has, or with more without a dash.
         "00-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01-more",
         "cc-4bf92f3577b34da6a3ce929d0e0e4736-00f067aa0ba902b7-01.more",
         // The version that is none, and ids that are.

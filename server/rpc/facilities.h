@@ -29,7 +29,7 @@ struct Facilities {
   AccessControl* access;
   RpcMeters* meters;
 
-  Door door() const { return {budgets, access, meters}; }
+  CallFacilities for_calls() const { return {budgets, access, meters}; }
 };
 
 // The session of the map that a request names. INVALID_ARGUMENT for a name that no map can have;

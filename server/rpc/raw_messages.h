@@ -28,9 +28,9 @@ std::string MapOf(const Request& request) {
   }
 }
 
-// Whether the request is counted (CallTicket::CostOfRequest) and parsed on gRPC's thread, in less
-// time than a worker needs to wake up. A worker does so with larger ones: 16 MiB of empty fields
-// take seconds.
+// Returns whether the request is counted (CallTicket::CostOfRequest) and parsed on gRPC's thread,
+// in less time than a worker needs to wake up. A worker does so with larger ones: 16 MiB of empty
+// fields take seconds.
 inline bool IsSmallRequest(const grpc::ByteBuffer& request) {
   constexpr size_t kFewBytes = 16 << 10;
   return request.Length() <= kFewBytes;

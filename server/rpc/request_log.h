@@ -58,7 +58,7 @@ class RequestLog {
   std::string request_id() const;
 
  private:
-  // What all lines of the call have. Names the call, if it has no name.
+  // Returns the fields that all lines of the call have. Names the call, if it has no name.
   std::vector<logging::Field> Fields() const;
   // The value of a key of the call's metadata; empty if there is none.
   absl::string_view MetadataOf(const char* key) const;

@@ -1,4 +1,4 @@
-// How the kernel shares the processors among the threads of a process.
+// Settings by which the kernel shares the processors among the threads of a process.
 #ifndef HYPERMAP_SERVER_RPC_SCHEDULING_H_
 #define HYPERMAP_SERVER_RPC_SCHEDULING_H_
 

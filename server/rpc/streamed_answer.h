@@ -46,8 +46,8 @@ class MessageSource {
   virtual ~MessageSource() = default;
   // Fills the empty message (kMessage), or does a bounded amount of work towards it (kNothingYet).
   virtual absl::StatusOr<Step> Next(Response* message) = 0;
-  // Whether the last message is known to be made, so that it can be written together with the end
-  // of the stream. A source need not know: Next returns kEnd after it.
+  // Returns whether the last message is known to be made, so that it can be written together with
+  // the end of the stream. A source need not know: Next returns kEnd after it.
   virtual bool done() const { return false; }
   // Number of items in the messages so far, for the log.
   virtual int64_t items() const = 0;
@@ -76,12 +76,12 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // the context live until OnDone. The answer begins in `workers`; `long_workers` continue it when
   // it takes more than one turn, and parse large requests. A call that is not admitted, or whose
   // bytes are not `acceptable`, is not parsed, and ends when it would begin.
-  StreamedAnswer(const Door& door, grpc::CallbackServerContext* context, Rpc rpc,
+  StreamedAnswer(const CallFacilities& facilities, grpc::CallbackServerContext* context, Rpc rpc,
                  const grpc::ByteBuffer& bytes, WorkerPool* workers, WorkerPool* long_workers,
                  OpenSource open, const absl::Status& acceptable = absl::OkStatus())
       : grpc_context_(context),
         bytes_(bytes),
-        context_(door, context, rpc),
+        context_(facilities, context, rpc),
         workers_(workers),
         long_workers_(long_workers),
         open_(std::move(open)) {

@@ -65,8 +65,8 @@ class StreamedAnswerTest : public ::testing::Test {
     grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryArea(
         grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) override {
       auto* const answer = new StreamedAnswer<v1::QueryAreaRequest, Response>(
-          Door{&test->budgets_, &test->access_, &test->meters_}, context, Rpc::kQueryArea, *request,
-          &test->workers_, &test->workers_,
+          CallFacilities{&test->budgets_, &test->access_, &test->meters_}, context, Rpc::kQueryArea,
+          *request, &test->workers_, &test->workers_,
           [this](const v1::QueryAreaRequest&,
                  absl::string_view) -> absl::StatusOr<std::unique_ptr<Source>> {
             return std::make_unique<ScriptedSource>(&test->alive_, script);

@@ -16,10 +16,11 @@ constexpr int64_t kBytesOfAnswerByte = 4;
 
 }  // namespace
 
-UnaryCall::UnaryCall(const Door& door, grpc::CallbackServerContext* context, Rpc rpc)
+UnaryCall::UnaryCall(const CallFacilities& facilities, grpc::CallbackServerContext* context,
+                     Rpc rpc)
     : reactor_(this),
-      context_(door, context, rpc),
-      max_answer_bytes_(door.budgets->max_message_bytes),
+      context_(facilities, context, rpc),
+      max_answer_bytes_(facilities.budgets->max_message_bytes),
       admitted_(context_.admitted()) {}
 
 absl::Status UnaryCall::EnsureParsed() {

@@ -43,7 +43,8 @@ class UnaryCall {
   // or because the request is too large, is none, or is about a map to which the caller has no
   // access.
   const absl::Status& admitted() const { return admitted_; }
-  // Whether the request is parsed. A large one is only when a worker has called EnsureParsed.
+  // Returns whether the request is parsed. A large one is only when a worker has called
+  // EnsureParsed.
   bool is_parsed() const { return is_parsed_; }
   // Parses the request, if that was left to a worker. INVALID_ARGUMENT if the bytes are none, and
   // the errors of CallTicket::ChargeRest and CallContext::EnterMap. Must not be called again after
@@ -75,7 +76,7 @@ class UnaryCall {
 
  protected:
   // The context lives as long as this.
-  UnaryCall(const Door& door, grpc::CallbackServerContext* context, Rpc rpc);
+  UnaryCall(const CallFacilities& facilities, grpc::CallbackServerContext* context, Rpc rpc);
 
   // Keeps the call, which is this one, until gRPC is done with it.
   void KeepUntilDone(std::shared_ptr<UnaryCall> call) { self_ = std::move(call); }
@@ -132,10 +133,11 @@ template <typename Request, typename Response>
 class UnaryCallOf final : public UnaryCall {
  public:
   // A call whose request is not `acceptable` is refused.
-  static std::shared_ptr<UnaryCallOf> Begin(const Door& door, grpc::CallbackServerContext* context,
-                                            Rpc rpc, const RawMessages& raw,
+  static std::shared_ptr<UnaryCallOf> Begin(const CallFacilities& facilities,
+                                            grpc::CallbackServerContext* context, Rpc rpc,
+                                            const RawMessages& raw,
                                             const absl::Status& acceptable) {
-    auto call = std::make_shared<UnaryCallOf>(Private(), door, context, rpc, raw, acceptable);
+    auto call = std::make_shared<UnaryCallOf>(Private(), facilities, context, rpc, raw, acceptable);
     call->KeepUntilDone(call);
     if (call->admitted().ok() && IsSmallRequest(*raw.request)) {
       if (const absl::Status parsed = call->EnsureParsed(); !parsed.ok()) call->Refuse(parsed);
@@ -147,9 +149,9 @@ class UnaryCallOf final : public UnaryCall {
     friend class UnaryCallOf;
     Private() = default;
   };
-  UnaryCallOf(Private, const Door& door, grpc::CallbackServerContext* context, Rpc rpc,
-              const RawMessages& raw, const absl::Status& acceptable)
-      : UnaryCall(door, context, rpc), raw_(raw) {
+  UnaryCallOf(Private, const CallFacilities& facilities, grpc::CallbackServerContext* context,
+              Rpc rpc, const RawMessages& raw, const absl::Status& acceptable)
+      : UnaryCall(facilities, context, rpc), raw_(raw) {
     ticket().Received(*raw.request);
     if (!admitted().ok()) return;
     absl::Status status = acceptable;
@@ -187,20 +189,20 @@ class UnaryCallOf final : public UnaryCall {
 
 // Begins a unary call, whose request is refused if it is not `acceptable`.
 template <typename Request, typename Response>
-std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(const Door& door,
+std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(const CallFacilities& facilities,
                                                           grpc::CallbackServerContext* context,
                                                           Rpc rpc, const RawMessages& raw,
                                                           const absl::Status& acceptable) {
-  return UnaryCallOf<Request, Response>::Begin(door, context, rpc, raw, acceptable);
+  return UnaryCallOf<Request, Response>::Begin(facilities, context, rpc, raw, acceptable);
 }
 
 // The same for a request of at most FixedLimits::kMaxRequestBytes.
 template <typename Request, typename Response>
-std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(const Door& door,
+std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(const CallFacilities& facilities,
                                                           grpc::CallbackServerContext* context,
                                                           Rpc rpc, const RawMessages& raw) {
   return BeginCall<Request, Response>(
-      door, context, rpc, raw, CheckRequestSize(*raw.request, FixedLimits::kMaxRequestBytes));
+      facilities, context, rpc, raw, CheckRequestSize(*raw.request, FixedLimits::kMaxRequestBytes));
 }
 
 // Reserves room for a part of the answer that was just made, before the next one is; the most that
@@ -208,7 +210,7 @@ std::shared_ptr<UnaryCallOf<Request, Response>> BeginCall(const Door& door,
 // cancellation.
 absl::Status ReservePart(UnaryCall& call, const google::protobuf::Message& part);
 
-// How many of the calls about one map a pool answers at a time.
+// The number of calls about one map that a pool answers at a time.
 enum class Turns { kNone, kOnePerMap };
 
 // Parses the request on a worker, if it is not parsed yet, and runs `answer` there; then ends the

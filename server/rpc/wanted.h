@@ -11,7 +11,7 @@ namespace hypermap::server {
 // CANCELLED if the caller has gone away, DEADLINE_EXCEEDED if the call's deadline has passed.
 absl::Status CheckWanted(const grpc::CallbackServerContext& context);
 
-// Whether the call's deadline has passed.
+// Returns whether the call's deadline has passed.
 bool IsPastDeadline(const grpc::CallbackServerContext& context);
 
 }  // namespace hypermap::server

@@ -33,7 +33,7 @@ class WorkerPool {
  public:
   using Task = absl::AnyInvocable<void() &&>;
 
-  // Where a task comes from. One connection may carry the calls of several clients.
+  // The origin of a task. One connection may carry the calls of several clients.
   struct Origin {
     absl::string_view client;      // CallTicket::client
     absl::string_view connection;  // the peer, as gRPC writes it

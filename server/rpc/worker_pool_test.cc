@@ -27,7 +27,7 @@ TEST(WorkerPool, RunsTasksOfOneThreadInOrderAndAllBeforeItEnds) {
   for (int i = 0; i < 100; ++i) EXPECT_EQ(ran[i], i);
 }
 
-// Where a task comes from: "client/connection".
+// Reads the origin of a task: "client/connection".
 WorkerPool::Origin OriginOf(absl::string_view name) {
   const std::pair<absl::string_view, absl::string_view> parts = absl::StrSplit(name, '/');
   return {parts.first, parts.second};

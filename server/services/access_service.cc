@@ -37,7 +37,7 @@ grpc::ServerUnaryReactor* AccessService::GetCaller(grpc::CallbackServerContext* 
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::GetCallerRequest, v1::GetCallerResponse>(
-      facilities_.door(), context, Rpc::kGetCaller, {request, response});
+      facilities_.for_calls(), context, Rpc::kGetCaller, {request, response});
   return AnswerOn(&facilities_.workers->questions, call, [call]() -> absl::StatusOr<int64_t> {
     Describe(call->context().caller(), call->response());
     return 1;

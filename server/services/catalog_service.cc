@@ -59,7 +59,7 @@ template <typename Request, typename Response, typename Fill>
 grpc::ServerUnaryReactor* CatalogService::AnswerFromSnapshot(grpc::CallbackServerContext* context,
                                                              Rpc rpc, const RawMessages& raw,
                                                              Fill fill) const {
-  const auto call = BeginCall<Request, Response>(facilities_.door(), context, rpc, raw);
+  const auto call = BeginCall<Request, Response>(facilities_.for_calls(), context, rpc, raw);
   return AnswerOn(&facilities_.workers->questions, call,
                   [this, call, fill]() -> absl::StatusOr<int64_t> {
                     const Request& request = call->request();
@@ -78,7 +78,7 @@ grpc::ServerUnaryReactor* CatalogService::CreateMap(grpc::CallbackServerContext*
                                                     const grpc::ByteBuffer* request,
                                                     grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::CreateMapRequest, v1::CreateMapResponse>(
-      facilities_.door(), context, Rpc::kCreateMap, {request, response});
+      facilities_.for_calls(), context, Rpc::kCreateMap, {request, response});
   return AnswerOn(&facilities_.workers->openings, call, [this, call]() -> absl::StatusOr<int64_t> {
     HYPERMAP_RETURN_IF_ERROR(MakeMap(call->context(), call->request(), call->response()));
     return 1;
@@ -102,7 +102,7 @@ grpc::ServerUnaryReactor* CatalogService::GetMap(grpc::CallbackServerContext* co
                                                  const grpc::ByteBuffer* request,
                                                  grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::GetMapRequest, v1::GetMapResponse>(
-      facilities_.door(), context, Rpc::kGetMap, {request, response});
+      facilities_.for_calls(), context, Rpc::kGetMap, {request, response});
   return AnswerOn(&facilities_.workers->questions, call, [this, call]() -> absl::StatusOr<int64_t> {
     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
                               FindMap(facilities_, call->request().map()));
@@ -115,7 +115,7 @@ grpc::ServerUnaryReactor* CatalogService::ListMaps(grpc::CallbackServerContext* 
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ListMapsRequest, v1::ListMapsResponse>(
-      facilities_.door(), context, Rpc::kListMaps, {request, response});
+      facilities_.for_calls(), context, Rpc::kListMaps, {request, response});
   return AnswerOn(&facilities_.workers->questions, call, [this, call]() -> absl::StatusOr<int64_t> {
     v1::ListMapsResponse* const answer = call->response();
     for (const Site::Entry& entry : facilities_.site->List()) {
@@ -129,7 +129,7 @@ grpc::ServerUnaryReactor* CatalogService::DeleteMap(grpc::CallbackServerContext*
                                                     const grpc::ByteBuffer* request,
                                                     grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::DeleteMapRequest, v1::DeleteMapResponse>(
-      facilities_.door(), context, Rpc::kDeleteMap, {request, response});
+      facilities_.for_calls(), context, Rpc::kDeleteMap, {request, response});
   // It waits until the map's writer has finished what it has accepted.
   return AnswerOn(
       &facilities_.workers->openings, call,
@@ -154,7 +154,7 @@ grpc::ServerUnaryReactor* CatalogService::CreateLayer(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::CreateLayerRequest, v1::CreateLayerResponse>(
-      facilities_.door(), context, Rpc::kCreateLayer, {request, response},
+      facilities_.for_calls(), context, Rpc::kCreateLayer, {request, response},
       CheckRequestSize(*request, FixedLimits::kMaxLayerRequestBytes));
   WorkerPools& workers = *facilities_.workers;
   WorkerPool& pool = call->is_parsed() ? workers.writes : workers.long_writes;
@@ -211,7 +211,7 @@ grpc::ServerUnaryReactor* CatalogService::DeleteLayer(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::DeleteLayerRequest, v1::DeleteLayerResponse>(
-      facilities_.door(), context, Rpc::kDeleteLayer, {request, response});
+      facilities_.for_calls(), context, Rpc::kDeleteLayer, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
     return SubmitEdit(call, hypermap::DeleteLayer{call->request().layer()},
                       [](const storage::Receipt&, v1::DeleteLayerResponse*) {});
@@ -222,7 +222,7 @@ grpc::ServerUnaryReactor* CatalogService::SetTransform(grpc::CallbackServerConte
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::SetTransformRequest, v1::SetTransformResponse>(
-      facilities_.door(), context, Rpc::kSetTransform, {request, response});
+      facilities_.for_calls(), context, Rpc::kSetTransform, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call]() -> absl::Status {
     if (!call->request().has_transform()) return absl::InvalidArgumentError("transform is missing");
     HYPERMAP_ASSIGN_OR_RETURN(FrameTransform transform,
@@ -258,7 +258,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::ExportMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::ExportMapRequest, v1::ExportMapResponse>(
-      facilities_.door(), context, Rpc::kExportMap, *request, files, files,
+      facilities_.for_calls(), context, Rpc::kExportMap, *request, files, files,
       [this](const v1::ExportMapRequest& asked, absl::string_view client) {
         return OpenExport(facilities_, client, asked);
       },
@@ -271,7 +271,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* CatalogService::BackupMap(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   WorkerPool* const files = &facilities_.workers->files;
   auto* const answer = new StreamedAnswer<v1::BackupMapRequest, v1::BackupMapResponse>(
-      facilities_.door(), context, Rpc::kBackupMap, *request, files, files,
+      facilities_.for_calls(), context, Rpc::kBackupMap, *request, files, files,
       [this](const v1::BackupMapRequest& asked, absl::string_view client) {
         return OpenBackup(facilities_, client, asked);
       },
@@ -284,7 +284,7 @@ grpc::ServerUnaryReactor* CatalogService::CheckMap(grpc::CallbackServerContext* 
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::CheckMapRequest, v1::CheckMapResponse>(
-      facilities_.door(), context, Rpc::kCheckMap, {request, response});
+      facilities_.for_calls(), context, Rpc::kCheckMap, {request, response});
   return AnswerOn(&facilities_.workers->files, call, [this, call]() -> absl::StatusOr<int64_t> {
     const std::string& map = call->request().map();
     HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session, FindMap(facilities_, map));

@@ -21,7 +21,7 @@ grpc::ServerUnaryReactor* EditService::ApplyEdits(grpc::CallbackServerContext* c
                                                   const grpc::ByteBuffer* request,
                                                   grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ApplyEditsRequest, v1::ApplyEditsResponse>(
-      facilities_.door(), context, Rpc::kApplyEdits, {request, response},
+      facilities_.for_calls(), context, Rpc::kApplyEdits, {request, response},
       /*acceptable=*/absl::OkStatus());
   const auto start = [this, call] { return StartEdits(call); };
   if (!call->is_parsed()) return StartOn(&facilities_.workers->long_writes, call, start);

@@ -26,8 +26,9 @@ template <typename Request, typename Response, typename Answer>
 grpc::ServerUnaryReactor* ExplorationService::AnswerFromExplorations(
     grpc::CallbackServerContext* context, Rpc rpc, const RawMessages& raw, Answer answer,
     bool takes_turns) {
-  const auto call = BeginCall<Request, Response>(
-      facilities_.door(), context, rpc, raw, CheckQuestionSize(*raw.request, facilities_.limits));
+  const auto call =
+      BeginCall<Request, Response>(facilities_.for_calls(), context, rpc, raw,
+                                   CheckQuestionSize(*raw.request, facilities_.limits));
   return AnswerOn(
       &facilities_.workers->explorations, call,
       [this, call, answer]() -> absl::StatusOr<int64_t> {

@@ -52,8 +52,11 @@ std::vector<std::string> DescribedServices() {
 // Admits the calls of gRPC's standard services like others.
 class StandardTicket final : public reflection::Ticket {
  public:
-  StandardTicket(const Door& door, grpc::CallbackServerContext* context, Rpc rpc)
-      : access_(door.access), grpc_context_(context), context_(door, context, rpc) {}
+  StandardTicket(const CallFacilities& call_facilities, grpc::CallbackServerContext* context,
+                 Rpc rpc)
+      : access_(call_facilities.access),
+        grpc_context_(context),
+        context_(call_facilities, context, rpc) {}
 
   absl::Status admitted() const override { return context_.admitted(); }
   absl::Status CheckName(absl::string_view name) const override {
@@ -78,8 +81,8 @@ class StandardTicket final : public reflection::Ticket {
 };
 
 reflection::Admit AdmitBy(const Facilities& facilities, Rpc rpc) {
-  return [door = facilities.door(), rpc](grpc::CallbackServerContext* context) {
-    return std::make_unique<StandardTicket>(door, context, rpc);
+  return [call_facilities = facilities.for_calls(), rpc](grpc::CallbackServerContext* context) {
+    return std::make_unique<StandardTicket>(call_facilities, context, rpc);
   };
 }
 

@@ -49,7 +49,7 @@ grpc::ServerUnaryReactor* IngestService::RebuildLayer(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::RebuildLayerRequest, v1::RebuildLayerResponse>(
-      facilities_.door(), context, Rpc::kRebuildLayer, {request, response});
+      facilities_.for_calls(), context, Rpc::kRebuildLayer, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call] {
     const v1::RebuildLayerRequest& request = call->request();
     return StartCommand(facilities_, call, request,
@@ -62,7 +62,7 @@ grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerConte
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::RetractSourceRequest, v1::RetractSourceResponse>(
-      facilities_.door(), context, Rpc::kRetractSource, {request, response});
+      facilities_.for_calls(), context, Rpc::kRetractSource, {request, response});
   return StartOn(&facilities_.workers->writes, call, [this, call] {
     const v1::RetractSourceRequest& request = call->request();
     HYPERMAP_RETURN_IF_ERROR(call->context().caller().CheckRobot(request.robot()));
@@ -77,7 +77,7 @@ grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerConte
                                                        const grpc::ByteBuffer* request,
                                                        grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ExplainObjectRequest, v1::ExplainObjectResponse>(
-      facilities_.door(), context, Rpc::kExplainObject, {request, response});
+      facilities_.for_calls(), context, Rpc::kExplainObject, {request, response});
   // It folds a whole log, and waits for the map's writer.
   return AnswerOn(
       &facilities_.workers->long_questions, call,

@@ -53,7 +53,7 @@ ObserveCall::ObserveCall(grpc::CallbackServerContext* context, const Facilities*
                          OpenStreams* open)
     : facilities_(facilities),
       open_(open),
-      context_(facilities->door(), context, Rpc::kObserve),
+      context_(facilities->for_calls(), context, Rpc::kObserve),
       ticket_(context_.ticket()) {
   absl::Status status = context_.admitted();
   if (status.ok()) {

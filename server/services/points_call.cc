@@ -39,7 +39,7 @@ PointsCall::PointsCall(grpc::CallbackServerContext* context, const Facilities* f
                        OpenStreams* open)
     : facilities_(facilities),
       open_(open),
-      context_(facilities->door(), context, Rpc::kQueryPoints),
+      context_(facilities->for_calls(), context, Rpc::kQueryPoints),
       ticket_(context_.ticket()) {
   StartRead(&read_);
   if (!context_.admitted().ok()) {

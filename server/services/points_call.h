@@ -69,8 +69,8 @@ class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   void TakeOnWorker(const grpc::ByteBuffer& bytes);
   // Leaves the batch to the wait for the revision that the opening needs, if it needs one.
   bool WaitsForRevision();
-  // Whether the batch is left to a worker at once: it is large, may have much in its reach, or asks
-  // the past, which is read from the disk.
+  // Returns whether the batch is left to a worker at once: it is large, may have much in its reach,
+  // or asks the past, which is read from the disk.
   bool IsLong() const;
   // Leaves a batch that takes long to a worker.
   std::optional<absl::Status> AnswerAtOnce();

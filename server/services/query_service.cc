@@ -36,14 +36,14 @@ constexpr int64_t kShortAnswerBytes = 64 << 10;
 // Checking an area of more vertices than this takes longer than most answers.
 constexpr int kFewVertices = 256;
 
-// Whether the query is answered from the newest snapshot without waiting.
+// Returns whether the query is answered from the newest snapshot without waiting.
 template <typename Request>
 bool AsksNewest(const Request& request) {
   const v1::AsOf& as_of = request.as_of();
   return as_of.as_of_case() == v1::AsOf::AS_OF_NOT_SET && as_of.min_revision() == 0;
 }
 
-// Whether the query is about the past, which is read from the disk.
+// Returns whether the query is about the past, which is read from the disk.
 template <typename Request>
 bool AsksPast(const Request& request) {
   return request.as_of().as_of_case() != v1::AsOf::AS_OF_NOT_SET;
@@ -55,8 +55,8 @@ int NumVertices(const v1::Polygon& area) {
   return sum;
 }
 
-// Whether the polygon has few vertices and its bounding box at most kSmallArea_m2. False for a
-// malformed polygon.
+// Returns whether the polygon has few vertices and its bounding box at most kSmallArea_m2. False
+// for a malformed polygon.
 bool IsSmall(const v1::Polygon& area) {
   Box box;
   const v1::Ring& outer = area.outer();
@@ -146,7 +146,7 @@ grpc::ServerUnaryReactor* QueryService::QueryPoint(grpc::CallbackServerContext* 
                                                    const grpc::ByteBuffer* request,
                                                    grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::QueryPointRequest, v1::QueryPointResponse>(
-      facilities_.door(), context, Rpc::kQueryPoint, {request, response});
+      facilities_.for_calls(), context, Rpc::kQueryPoint, {request, response});
   const v1::QueryPointRequest& asked = call->request();
   const auto answer = &QueryService::AnswerPoint;
   if (!call->is_parsed() || AsksPast(asked) || !(asked.tolerance_m() <= kSmallTolerance_m)) {
@@ -190,7 +190,7 @@ absl::StatusOr<std::optional<int64_t>> QueryService::AnswerPoint(PointCall& call
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryArea(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryAreaRequest, v1::QueryAreaResponse>(
-      facilities_.door(), context, Rpc::kQueryArea, *request, &facilities_.workers->questions,
+      facilities_.for_calls(), context, Rpc::kQueryArea, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryAreaRequest& asked, absl::string_view) { return OpenArea(asked); },
       CheckQuestionSize(*request, facilities_.limits)));
@@ -215,7 +215,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::QueryAreaResponse>>> QueryServi
 grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::QueryValue(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   return Begin(new StreamedAnswer<v1::QueryValueRequest, v1::QueryValueResponse>(
-      facilities_.door(), context, Rpc::kQueryValue, *request, &facilities_.workers->questions,
+      facilities_.for_calls(), context, Rpc::kQueryValue, *request, &facilities_.workers->questions,
       &facilities_.workers->long_questions,
       [this](const v1::QueryValueRequest& asked, absl::string_view) { return OpenValue(asked); },
       CheckQuestionSize(*request, facilities_.limits)));
@@ -244,7 +244,7 @@ grpc::ServerUnaryReactor* QueryService::QueryNearest(grpc::CallbackServerContext
                                                      const grpc::ByteBuffer* request,
                                                      grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::QueryNearestRequest, v1::QueryNearestResponse>(
-      facilities_.door(), context, Rpc::kQueryNearest, {request, response});
+      facilities_.for_calls(), context, Rpc::kQueryNearest, {request, response});
   const auto answer = &QueryService::AnswerNearest;
   const v1::QueryNearestRequest& asked = call->request();
   if (!call->is_parsed() || AsksPast(asked) || asked.k() > kFewNeighbours ||

@@ -84,8 +84,8 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
   grpc::ServerWriteReactor<grpc::ByteBuffer>* Begin(
       StreamedAnswer<Request, Response>* answer) const;
 
-  // Whether all layers in scope contain objects, whose index gives the nearest at once. The search
-  // in a grid may be long.
+  // Returns whether all layers in scope contain objects, whose index gives the nearest at once. The
+  // search in a grid may be long.
   bool AsksObjectsOnly(const v1::QueryNearestRequest& request) const;
 
   const Facilities facilities_;

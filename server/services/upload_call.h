@@ -51,7 +51,7 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer> {
   UploadCall(grpc::CallbackServerContext* context, const Facilities* facilities,
              grpc::ByteBuffer* response, Rpc rpc)
       : facilities_(facilities),
-        context_(facilities->door(), context, rpc),
+        context_(facilities->for_calls(), context, rpc),
         ticket_(context_.ticket()),
         encoded_response_(response) {}
 

@@ -1,4 +1,4 @@
-// What scheduled backups have done since the server was started.
+// Counts what scheduled backups have done since the server was started.
 #ifndef HYPERMAP_SERVER_SESSION_BACKUP_METERS_H_
 #define HYPERMAP_SERVER_SESSION_BACKUP_METERS_H_
 

@@ -28,7 +28,7 @@ class Compaction {
   Compaction(std::string map, storage::StoredMap* stored, HistoryPool* history, const MapTime* time,
              const Limits& limits);
 
-  // Whether a step is due. `newest` is the map's newest revision.
+  // Returns whether a step is due. `newest` is the map's newest revision.
   bool IsDue(Revision newest) const;
   // The value of MapTime::Passed at which a step is due even if no commit comes before.
   absl::Duration next() const;

@@ -25,7 +25,7 @@ class FeedMemory {
   // Adds the bytes that a feed takes more than before; negative ones for less.
   void Add(int64_t bytes) { bytes_ += bytes; }
 
-  // Whether a feed of `bytes` has to drop commits.
+  // Returns whether a feed of `bytes` has to drop commits.
   bool IsTooMuch(int64_t bytes) const {
     return limit_ != 0 && bytes_ > limit_ && bytes > limit_ / std::max<int64_t>(1, num_feeds_);
   }

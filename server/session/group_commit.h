@@ -123,7 +123,7 @@ class GroupCommit {
   struct PendingReceipt {
     ReceiptCallback done;
     absl::StatusOr<storage::Receipt> answer;
-    // Whether the answer depends on commits of this group, so that it holds only if they are
+    // True if the answer depends on commits of this group, so that it holds only if they are
     // written.
     bool needs_write;
     std::shared_ptr<Cancellation> cancellation = nullptr;  // as in Submission

@@ -106,7 +106,7 @@ TEST_F(LateObservationsTest, EditsAndObservationsOnTimeOvertakeThem) {
 }
 
 TEST_F(LateObservationsTest, LittleLateOnesOvertakeVeryLateOnes) {
-  // Those older than all that is kept in memory are very late.
+  // Observations older than all that is kept in memory are very late.
   site_.Restart();
   for (int i = 0; i < 300; ++i) {
     site_.Observe(Sighting("a", kEntries + i, kEntries + 0.1 * i, {"cup"}));

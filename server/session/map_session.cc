@@ -36,7 +36,7 @@ constexpr int kGroupsPerCompactionStep = 8;
 // Longest time that the writer folds late observations in advance before it looks for other work.
 // While other work waits, it takes as long as the commits before.
 constexpr absl::Duration kMaxLateWork = absl::Milliseconds(50);
-// How often a thread that waits for the writer looks whether its own caller has gone.
+// A thread that waits for the writer looks this often whether its own caller has gone.
 constexpr absl::Duration kLookPeriod = absl::Milliseconds(20);
 
 // A task of the writer for which a thread waits.
@@ -365,7 +365,7 @@ void MapSession::Close() {
 void MapSession::RunWriter() {
   late_.emplace(fusion_.get());
   while (std::optional<std::vector<QueuedSubmission>> submissions = TakeSubmissions()) {
-    // Whoever writes looks at the files itself.
+    // A commit looks at the files itself.
     if (submissions->empty()) CheckFiles();
     const SteadyTime start = SteadyTime::Now();
     Commit(*std::move(submissions));

@@ -200,7 +200,7 @@ class MapSession {
   // Writes the submissions in groups. Runs the tasks that wait before each but the first.
   void Commit(std::vector<QueuedSubmission> submissions);
   void RunTasks();
-  // Whether the submission waits in late_ now, which has taken it.
+  // Returns whether the submission waits in late_ now, which has taken it.
   bool SetAside(Queued<ObservationSubmission, VerdictsCallback>& queued);
   // Folds late observations in advance for a short time, and commits those that are ready; or
   // refuses all of them.
@@ -220,10 +220,10 @@ class MapSession {
   absl::Duration UntilExpiry() const;
   void RemoveExpired();
 
-  // Whether a submission or task of `bytes` may wait behind `queued` others.
+  // Checks whether a submission or task of `bytes` may wait behind `queued` others.
   absl::Status CheckAccepts(int64_t queued, int64_t bytes) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
-  // Whether the client may add a submission of `bytes` to its half of the queue.
+  // Checks whether the client may add a submission of `bytes` to its half of the queue.
   absl::Status CheckShare(const std::string& client, int64_t bytes) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(queue_mutex_);
 

@@ -22,7 +22,7 @@ absl::Duration CommitMinusLived(const storage::TimeMark& mark) {
   return SinceEpoch(mark.commit_time) - mark.lived;
 }
 
-// Whether commit times were ahead of the clock at the mark, and so stood still before it.
+// Returns whether commit times were ahead of the clock at the mark, and so stood still before it.
 bool IsAhead(const storage::TimeMark& mark) { return mark.commit_time > mark.server_time; }
 
 // The latest time of a commit before the mark. A commit right after it may have its time, unless

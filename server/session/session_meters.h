@@ -1,4 +1,4 @@
-// What was done in a map since it was opened.
+// Counts what was done in a map since it was opened.
 #ifndef HYPERMAP_SERVER_SESSION_SESSION_METERS_H_
 #define HYPERMAP_SERVER_SESSION_SESSION_METERS_H_
 

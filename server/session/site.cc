@@ -363,7 +363,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Restore(const Restoration& res
   } else {
     HYPERMAP_RETURN_IF_ERROR(BeginCreation(map));
   }
-  // What was begun is carried out, also if the caller has gone.
+  // The replacement that was begun is carried out, also if the caller has gone.
   const ScopedCancellation to_the_end(nullptr);
   const absl::Status status = store_->Restore(restoration.path, map, restoration.request_id);
   // Also after an error: it tells whether the map that was there is still there.

@@ -10,7 +10,7 @@ namespace hypermap::server {
 
 WatchCall::Shared::Shared(const WatchTuning& tuning_values, const Facilities& facilities)
     : tuning(tuning_values),
-      door(facilities.door()),
+      call_facilities(facilities.for_calls()),
       workers(&facilities.workers->watches),
       budgets(facilities.budgets),
       tick_queues{TickQueue::Make(tuning.calm_tick, tuning.turn, &timers, workers),
@@ -20,7 +20,7 @@ WatchCall::WatchCall(grpc::CallbackServerContext* context, Rpc rpc, ChargeReques
                      OpenSource open_source, Shared* shared)
     : grpc_context_(context),
       shared_(shared),
-      context_(shared->door, context, rpc),
+      context_(shared->call_facilities, context, rpc),
       place_(&shared->budgets->watchers, context_.ticket().client()),
       admitted_(Admit(charge_request)),
       wake_handle_(

@@ -54,7 +54,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     Shared(const WatchTuning& tuning_values, const Facilities& facilities);
 
     const WatchTuning tuning;
-    const Door door;
+    const CallFacilities call_facilities;
     WorkerPool* const workers;
     Budgets* const budgets;
     OpenWatches open_watches;
@@ -84,7 +84,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // Cancels the rpc if a write is under way: the client gets CANCELLED and no revision to resume
   // from.
   void CancelWrite();
-  // Whether the call must go on, as far as its caller is concerned.
+  // Returns whether the call must go on, as far as its caller is concerned.
   bool IsWanted() const { return context_.CheckWanted().ok(); }
   // Ends the wait of the call, if it waits.
   void Wake() { wake_handle_->Wake(); }

@@ -41,7 +41,7 @@ class WatchGroup {
     bool reaches_end = false;  // kCoalesced: `end` was the newest revision when the run was made
   };
 
-  // Whether a run has the message of one commit, or of many in the field `coalesced`.
+  // A run has the message of one commit, or of many in the field `coalesced`.
   enum class Form { kSingle, kCoalesced };
 
   // `incarnation` is that of the feed's map. `feed` and `bytes_of_all` must outlive this;

@@ -35,7 +35,7 @@ class ChangeEncoder {
   ChangeEncoder(const Limits& limits, google::protobuf::RepeatedPtrField<v1::Change>* messages)
       : limits_(limits), messages_(messages) {}
 
-  // Whether the message takes no further change.
+  // Returns whether the message takes no further change.
   bool full() const { return items_ >= limits_.chunk_items || bytes_ >= limits_.max_chunk_bytes; }
   // REQUIRES: !full().
   void Add(const MapChange& change);
@@ -51,7 +51,7 @@ class ChangeEncoder {
 // first change that was left over, or changes.size().
 size_t EncodeChanges(const std::vector<MapChange>& changes, size_t first, const Limits& limits,
                      google::protobuf::RepeatedPtrField<v1::Change>* messages);
-// Whether EncodeChanges would leave changes over because of limits.chunk_items.
+// Returns whether EncodeChanges would leave changes over because of limits.chunk_items.
 bool ExceedMessage(const std::vector<MapChange>& changes, const Limits& limits);
 
 // One message that contains the encoded `messages` in its field `coalesced`. A single message is

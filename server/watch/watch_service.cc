@@ -61,8 +61,8 @@ void WatchService::EndUnwanted() { shared_.open_watches.EndUnwanted(); }
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::ListChanges(
     grpc::CallbackServerContext* context, const grpc::ByteBuffer* request) {
   auto* const answer = new StreamedAnswer<v1::ListChangesRequest, v1::ListChangesResponse>(
-      facilities_.door(), context, Rpc::kListChanges, *request, &facilities_.workers->questions,
-      &facilities_.workers->long_questions,
+      facilities_.for_calls(), context, Rpc::kListChanges, *request,
+      &facilities_.workers->questions, &facilities_.workers->long_questions,
       [this](const v1::ListChangesRequest& asked, absl::string_view) {
         return OpenDifference(facilities_, asked);
       },
@@ -75,7 +75,7 @@ grpc::ServerUnaryReactor* WatchService::ListRevisions(grpc::CallbackServerContex
                                                       const grpc::ByteBuffer* request,
                                                       grpc::ByteBuffer* response) {
   const auto call = BeginCall<v1::ListRevisionsRequest, v1::ListRevisionsResponse>(
-      facilities_.door(), context, Rpc::kListRevisions, {request, response});
+      facilities_.for_calls(), context, Rpc::kListRevisions, {request, response});
   return AnswerOn(&facilities_.workers->questions, call, [this, call] {
     return AnswerRevisions(*call, call->request(), call->response());
   });

@@ -59,10 +59,11 @@ class WatchSource {
   // WatchTuning::max_encoding, so that any thread may call it.
   bool TakeShared(SteadyTime now, grpc::Slice* message);
 
-  // Whether the next message should wait for a tick, so that it contains several commits: the watch
-  // may coalesce, and its last message reached the newest revision.
+  // Returns whether the next message should wait for a tick, so that it contains several commits:
+  // the watch may coalesce, and its last message reached the newest revision.
   bool gathers() const { return gathers_; }
-  // Whether the watch has so many changes per second that it should wait for the longer tick.
+  // Returns whether the watch has so many changes per second that it should wait for the longer
+  // tick.
   bool is_busy() const { return changes_per_s_ > tuning_.busy_changes_per_s; }
 
   ChangeFeed& feed() const { return session_->feed(); }
@@ -74,7 +75,7 @@ class WatchSource {
   int64_t items() const { return items_; }
   // Bytes of memory that the source takes at most for its filter, whatever the map: an estimate.
   int64_t memory() const { return memory_; }
-  // Whether the source holds changes that were read but not sent. They were charged to the
+  // Returns whether the source holds changes that were read but not sent. They were charged to the
   // MemoryMeter of the Next that read them, except those of a feed's commit that fits into one
   // message; these are charged when the feed drops the commit.
   bool holds_commits() const { return !commits_.empty() || !telling_.empty() || commit_parts_; }

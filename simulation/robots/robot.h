@@ -60,10 +60,10 @@ class Robot {
   // Releases its goal, if it has one.
   absl::Status Abandon();
 
-  // Whether the server has told it that the exploration has ended, and why.
+  // Returns whether the server has told it that the exploration has ended, and why.
   bool has_ended() const { return end_reason_.has_value(); }
   EndReason end_reason() const { return end_reason_.value_or(EndReason::kNone); }
-  // Whether there was no goal for it; it will claim again some steps later.
+  // Returns whether there was no goal for it; it will claim again some steps later.
   bool is_waiting() const { return state_ == State::kIdle && until_claim_ > 0; }
   // The goal that it drives to or looks around at.
   const std::optional<LeasedGoal>& goal() const { return goal_; }

@@ -21,10 +21,10 @@ class Terrain {
   const GridGeometry& geometry() const { return geometry_; }
   // The whole layer, with a border of unknown cells.
   const FloorPlan& plan() const { return plan_; }
-  // Whether the cell is free and its centre is in the area.
+  // Returns whether the cell is free and its centre is in the area.
   bool IsFloor(const CellIndex& cell) const { return is_floor_.at(cell) != 0; }
-  // Whether the centre of a robot may be in the cell: it is floor, and all cells that are not free
-  // are at least the robot's radius away.
+  // Returns whether the centre of a robot may be in the cell: it is floor, and all cells that are
+  // not free are at least the robot's radius away.
   bool IsPassable(const CellIndex& cell) const { return passable_.at(cell) == Floor::kFree; }
   // A plan in which only passable cells are free. Robots can drive along its lines of sight.
   const FloorPlan& passable() const { return passable_; }

@@ -11,7 +11,7 @@ struct ClassHeight {
   double height_m = 1.0;
   // Height of the lower end above the floor, metres: more than 0 for objects on walls.
   double above_m = 0.0;
-  // Whether other objects may stand on it.
+  // True if other objects may stand on it.
   bool carries = false;
 };
 

@@ -32,7 +32,8 @@ class DiskReserve {
   // whether it is whole. Cheap if it is.
   bool Keep();
 
-  // Whether the reserve is whole, made so if possible, and there is room for others beside it.
+  // Returns whether the reserve is whole, made so if possible, and there is room for others beside
+  // it.
   bool HasRoom();
 
   // Runs the operation. If that fails because the disk is full, gives the reserve back and runs it
@@ -40,10 +41,10 @@ class DiskReserve {
   absl::Status Use(Purpose purpose, absl::FunctionRef<absl::Status()> operation);
 
  private:
-  // Whether there was something to give back.
+  // Returns whether there was something to give back.
   bool Release(Purpose purpose);
   bool Resize(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Whether an operation that failed with `status` may succeed when there is space.
+  // Returns whether an operation that failed with `status` may succeed when there is space.
   bool NeedsSpace(const absl::Status& status) const;
   // Bytes of the file system that this process may still use; 0 if that can't be told.
   int64_t AvailableBytes() const;

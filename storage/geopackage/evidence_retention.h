@@ -31,7 +31,7 @@ absl::StatusOr<std::optional<FusionCheckpoint>> FindNextFusionBase(Database* dat
                                                                    absl::Time stored_before);
 absl::Status MoveFusionBase(Database* database, const std::string& layer, const LogKey& checkpoint);
 
-// Whether the name is one of a forgotten observation whose row is removed.
+// Returns whether the name is one of a forgotten observation whose row is removed.
 absl::StatusOr<bool> IsForgotten(Database* database, const std::string& layer,
                                  const std::string& robot, int64_t sequence);
 

@@ -48,11 +48,11 @@ SELECT 'id ' || b.id FROM "rtree_$t_geom" AS b
   WHERE NOT EXISTS (SELECT 1 FROM "$t" AS f WHERE f.id = b.id)
 )sql";
 
-// Whether two bounds differ by no more than the rounding to floats. Programs round in different
-// ways.
+// Returns whether two bounds differ by no more than the rounding to floats. Programs round in
+// different ways.
 bool IsNear(double a, double b) { return std::abs(a - b) <= 1e-6 * (1.0 + std::abs(b)); }
 
-// Whether an index may have the box for a shape with the bounds `exact`.
+// Returns whether an index may have the box for a shape with the bounds `exact`.
 bool Fits(const Box& box, const Box& exact) {
   return box.Covers(exact.min) && box.Covers(exact.max) && IsNear(box.min.x, exact.min.x) &&
          IsNear(box.min.y, exact.min.y) && IsNear(box.max.x, exact.max.x) &&

@@ -63,8 +63,8 @@ absl::StatusOr<std::optional<uint64_t>> ReadIncarnationWithoutLog(const std::str
 // DATA_LOSS with the first damage that a check of every page, index and constraint finds.
 absl::Status CheckIntegrity(Database* database);
 
-// Whether a check of SQLite found a page that could not be read, which may pass, rather than one
-// that is damaged. It reports both alike.
+// Returns whether a check of SQLite found a page that could not be read, which may pass, rather
+// than one that is damaged. It reports both alike.
 bool IsReadError(absl::string_view problem);
 
 // Moves the log into the file, and waits for it. Returns whether the file is the whole map, which

@@ -1,5 +1,5 @@
-// Whether a map's file is the one that the store wrote last: the decision about its incarnation
-// (storage/incarnation.h) when it is opened.
+// Decides whether a map's file is the one that the store wrote last, and so about its incarnation
+// (storage/incarnation.h), when it is opened.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_MAP_OPENING_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_MAP_OPENING_H_
 
@@ -17,7 +17,7 @@ namespace hypermap::storage {
 // Why a file does not continue the history that its witness tells of.
 struct Discontinuity {
   std::string reason;  // for people; empty if nothing is wrong, as after a migration
-  // Whether acknowledged commits are missing in a file of the same incarnation.
+  // True if acknowledged commits are missing in a file of the same incarnation.
   bool is_behind = false;
 };
 

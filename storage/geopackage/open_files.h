@@ -38,7 +38,7 @@ class OpenFiles {
   // What the last Check or commit found, without another look.
   absl::Status problem() const { return ProblemOf(fault_); }
 
-  // Whether the path still names the file that was opened. Any thread may call this.
+  // Checks whether the path still names the file that was opened. Any thread may call this.
   absl::Status CheckIdentity() const;
 
   // Moves the log into the file, unless that is another file by now. If it is, keeps our log from

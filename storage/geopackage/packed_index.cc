@@ -20,7 +20,7 @@ constexpr size_t kCellBytes = 24;
 // node that they reach.
 constexpr double kFill = 0.85;
 
-// Whether the tree consists of an empty root of height 0, with a node size of at least 1000 bytes.
+// True if the tree consists of an empty root of height 0, with a node size of at least 1000 bytes.
 // $t is the tree's name.
 constexpr char kIsNewTree[] = R"sql(
 SELECT length(data) >= 1000 AND hex(substr(data, 1, 4)) = '00000000'

@@ -36,7 +36,7 @@ struct IndexCell {
 // Sorts cells so that those that follow each other are near each other.
 void SortInSpace(std::vector<IndexCell>* cells);
 
-// Whether the R*Tree of that name is empty and has the layout of a newly created one.
+// Returns whether the R*Tree of that name is empty and has the layout of a newly created one.
 absl::StatusOr<bool> IsNewTree(Database* database, const std::string& tree);
 
 // Fills a tree. REQUIRES: IsNewTree; the caller has begun a transaction and allows writing to

@@ -169,7 +169,7 @@ class FirstLoadTest : public ::testing::Test {
               0);
   }
 
-  // Whether the index was packed: then all leaves have nearly the same number of entries.
+  // Returns whether the index was packed: then all leaves have nearly the same number of entries.
   bool IsPacked() {
     return **other_->QueryInt64(
                "SELECT max(n) - min(n) <= 2 FROM "

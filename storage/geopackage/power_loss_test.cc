@@ -34,7 +34,7 @@ constexpr char kDeletion[] = "delete site";
 
 // The state of the map as far as the caller of the store knows it between two calls.
 struct Knowledge {
-  // Whether the creation was begun, and acknowledged.
+  // True if the creation was begun, and acknowledged.
   bool may_exist = false;
   bool exists = false;
   // The same of the deletion.

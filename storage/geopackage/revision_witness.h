@@ -24,7 +24,7 @@ struct RevisionWitness {
   Revision revision = 0;
   // The commit time of the revision in nanoseconds since the Unix epoch; 0 for revision 0.
   int64_t time_ns = 0;
-  // Whether the map's file has the incarnation without its write-ahead log.
+  // True if the map's file has the incarnation without its write-ahead log.
   bool settled = false;
 
   friend bool operator==(const RevisionWitness&, const RevisionWitness&) = default;

@@ -11,8 +11,8 @@
 
 namespace hypermap::storage {
 
-// Whether a table of that name may hold a layer. It consists of letters, digits and '_', and is
-// neither a keyword of SQL (for programs that do not quote names) nor a name that belongs to
+// Returns whether a table of that name may hold a layer. It consists of letters, digits and '_',
+// and is neither a keyword of SQL (for programs that do not quote names) nor a name that belongs to
 // SQLite, GeoPackage, QGIS or Hypermap itself.
 bool IsLayerTableName(absl::string_view name);
 

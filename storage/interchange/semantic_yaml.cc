@@ -145,7 +145,7 @@ class EntryBuilder : public YAML::EventHandler {
   SemanticEntry entry_;
 };
 
-// Whether yaml-cpp would take the text for UTF-16 or UTF-32. No UTF-8 begins like this.
+// Returns whether yaml-cpp would take the text for UTF-16 or UTF-32. No UTF-8 begins like this.
 bool LooksLikeUtf16Or32(absl::string_view text) {
   constexpr absl::string_view kFirstBytes("\x00\xFE\xFF", 3);
   return (!text.empty() && kFirstBytes.find(text[0]) != absl::string_view::npos) ||

@@ -18,7 +18,7 @@ std::string FolderOf(const std::string& path);
 // Creates a folder and its parents; OK when it exists.
 absl::Status MakeFolder(const std::string& path);
 
-// Whether anything has that name, even a broken link.
+// Returns whether anything has that name, even a broken link.
 bool PathExists(const std::string& path);
 
 // Makes the creation, renaming and removal of files in a folder durable.

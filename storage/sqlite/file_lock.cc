@@ -14,7 +14,8 @@
 namespace hypermap::storage {
 namespace {
 
-// Whether the path still names the file that was opened; an owner may have removed it meanwhile.
+// Returns whether the path still names the file that was opened; an owner may have removed it
+// meanwhile.
 bool StillNames(const std::string& path, int fd) {
   struct stat by_path;
   struct stat by_fd;

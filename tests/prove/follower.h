@@ -46,7 +46,7 @@ class Follower {
   Faults Check(const Model& model, uint64_t incarnation) const;
   const State& state() const { return state_; }
   const Selection& selection() const { return selection_; }
-  // Whether the first snapshot has arrived.
+  // Returns whether the first snapshot has arrived.
   bool has_begun() const { return has_begun_; }
   // The incarnation of the map whose events arrive; 0 before the first. Any thread may call this.
   uint64_t incarnation() const { return incarnation_; }

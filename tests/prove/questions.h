@@ -40,7 +40,7 @@ struct Answer {
 absl::StatusOr<Answer> Ask(client::Client& client, const Question& question);
 absl::StatusOr<Answer> Ask(const client::Replica& replica, const Question& question);
 
-// Whether it is the right answer in `state`, by a test of each thing.
+// Returns whether it is the right answer in `state`, by a test of each thing.
 bool IsRight(const Answer& answer, const Question& question, const State& state);
 
 // All layers with all their content, with all digits.

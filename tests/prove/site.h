@@ -63,7 +63,7 @@ class WriterGroup {
   // Waits until each writer has finished its current batch.
   absl::Status Stop();
   bool failed() const { return failed_; }
-  // Whether the load is written, or a writer has failed.
+  // Returns whether the load is written, or a writer has failed.
   bool done() const { return running_ == 0; }
 
  private:

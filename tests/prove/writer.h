@@ -33,7 +33,7 @@ absl::Status MakeSite(client::Client& client, Model& model);
 struct WriterLoad {
   int edits = 25'000;
   int max_batch = 8;
-  // Whether cells are written, too.
+  // True if cells are written, too.
   bool cells = true;
   // Maximum number of objects of one writer.
   size_t max_things = 200;

@@ -55,7 +55,7 @@ class OutboxSender {
   Outcome Exchange(ObserveStream& stream, const QueuedRequests& requests);
   // Returns OK if the last attempt reached the server, or if it answers now.
   absl::Status ReachServer();
-  // Whether the status is final, so that sending again would be pointless.
+  // Returns whether the status is final, so that sending again would be pointless.
   bool IsRefusal(const absl::Status& status);
   absl::Status Settle(absl::Span<const int64_t> delivered,
                       absl::Span<const storage::ServerRefusal> refused);

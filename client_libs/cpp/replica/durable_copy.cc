@@ -21,15 +21,15 @@ constexpr absl::string_view kReplica = "replica of ";
 // Rows of history that are deleted per step.
 constexpr int kCompactRows = 4096;
 
-// Whether `before` can be of the same history as `after`.
+// Returns whether `before` can be of the same history as `after`.
 bool IsSameIncarnation(const KnownRevision& before, const KnownRevision& after) {
   if (before.created_at != after.created_at) return false;
   // A file always has an incarnation, also that of a server that reports none.
   return after.incarnation == 0 || before.incarnation == after.incarnation;
 }
 
-// Whether `after` is a later state of the map of `before` and can be stored as changes. Changes
-// can't delete frames, so all frames of `before` must still exist.
+// Returns whether `after` is a later state of the map of `before` and can be stored as changes.
+// Changes can't delete frames, so all frames of `before` must still exist.
 bool LeadsTo(const KnownRevision& before, const KnownRevision& after) {
   if (!IsSameIncarnation(before, after)) return false;
   if (before.snapshot->frame_id != after.snapshot->frame_id) return false;

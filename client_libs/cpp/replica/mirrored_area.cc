@@ -20,7 +20,7 @@ absl::Status Outside(absl::string_view what, const LayerSpec& layer) {
       absl::StrCat(what, " is not within what the replica mirrors of layer \"", layer.name, "\""));
 }
 
-// Whether the cell that contains `p` is mirrored.
+// Returns whether the cell that contains `p` is mirrored.
 bool CoversCellAt(const CellCover& cover, const GridGeometry& grid, const Point& p) {
   const std::optional<CellIndex> cell = grid.CellAt(p);
   if (!cell) return true;  // no grid has a cell there

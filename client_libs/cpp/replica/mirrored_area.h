@@ -26,7 +26,7 @@ class MirroredArea {
   // `area` in `frame_id` (empty: the map's own).
   MirroredArea(Polygon area, const std::string& frame_id, const Snapshot& snapshot);
 
-  // Whether this area is also valid for `snapshot`, which may have other frames and layers.
+  // Returns whether this area is also valid for `snapshot`, which may have other frames and layers.
   bool Fits(const Snapshot& snapshot) const;
 
   // Checks that everything that the layers have within the tolerance of the point, or in the

@@ -69,7 +69,7 @@ struct ReplicaState {
   uint64_t incarnation = 0;
   // The revision on disk. Absent if there is none.
   std::optional<Revision> durable_revision;
-  // Whether the server is reporting changes. A connection that died silently is detected after a
+  // True if the server is reporting changes. A connection that died silently is detected after a
   // minute.
   bool connected = false;
   // Time at which `revision` was last known to be the map's newest, by this robot's clock. While

@@ -29,7 +29,7 @@ bool SameObject(const ObjectPtr& a, const ObjectPtr& b) {
 
 namespace {
 
-// Whether two changes of one kind say the same.
+// Compares two changes of one kind.
 struct Same {
   bool operator()(const LayerCreated& a, const LayerCreated& b) { return a.spec == b.spec; }
   bool operator()(const LayerDeleted& a, const LayerDeleted& b) { return a.spec == b.spec; }

@@ -12,7 +12,7 @@
 namespace hypermap::storage {
 
 bool SameTile(const TilePtr& a, const TilePtr& b);
-// Whether the objects are equal and have the same version.
+// Returns whether the objects are equal and have the same version.
 bool SameObject(const ObjectPtr& a, const ObjectPtr& b);
 bool SameChange(const Change& a, const Change& b);
 

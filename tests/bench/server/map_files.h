@@ -27,7 +27,7 @@ absl::StatusOr<std::string> SiteFolder(const std::string& cache, const Generated
 // The same for kGridMap: kGridLayer has `side` x `side` cells of 5 cm, with rooms and corridors.
 absl::StatusOr<std::string> GridFolder(const std::string& cache, int side);
 
-// Whether the grid's cell has the value of an answer (NaN: unknown).
+// Returns whether the grid's cell has the value of an answer (NaN: unknown).
 bool IsGridCell(int32_t row, int32_t col, double value);
 
 // Creates a map with the empty layer kObjectsLayer.
