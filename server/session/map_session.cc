@@ -365,7 +365,7 @@ void MapSession::Close() {
 void MapSession::RunWriter() {
   late_.emplace(fusion_.get());
   while (std::optional<std::vector<QueuedSubmission>> submissions = TakeSubmissions()) {
-    // A commit looks at the files itself.
+    // With submissions, the commit looks at the files.
     if (submissions->empty()) CheckFiles();
     const SteadyTime start = SteadyTime::Now();
     Commit(*std::move(submissions));
