@@ -1,0 +1,109 @@
+package recorder
+
+import (
+	"context"
+	"errors"
+	"fmt"
+	"math/rand/v2"
+	"time"
+
+	"hypermap-linearizability/history"
+)
+
+const (
+	// A client gives up an edit with this probability after each attempt of unknown outcome.
+	giveUpShare = 0.15
+	// Some attempts have a deadline so short that the server may carry them out or not.
+	impatientShare = 0.03
+	maxImpatience  = 15 * time.Millisecond
+	// A query that waits for a revision is left out after this time: if the revision was lost, then the
+	// other operations tell.
+	waitDeadline = 2 * time.Second
+	// A server that takes this long for an answer hangs, which ends the run.
+	callDeadline = 60 * time.Second
+)
+
+// client makes one operation after another.
+type client struct {
+	number    int
+	random    *rand.Rand
+	workload  *workload
+	caller    caller
+	known     *knowledge
+	recording *recording
+	// awaitUp returns when the server runs.
+	awaitUp func(context.Context) error
+}
+
+// run makes operations until there are enough of all clients.
+func (c *client) run(ctx context.Context) error {
+	for ctx.Err() == nil && c.recording.take() {
+		if err := c.perform(ctx, c.workload.next()); err != nil {
+			return err
+		}
+	}
+	return nil
+}
+
+// perform makes one operation and records it. A read without an answer tells nothing and is left out.
+func (c *client) perform(ctx context.Context, request *history.Request) error {
+	// A call that only finds the server down would tell nothing.
+	if err := c.awaitUp(ctx); err != nil {
+		return err
+	}
+	operation := history.Operation{Client: c.number, Request: *request, Call: c.recording.now()}
+	answer, err := c.callUntilKnown(ctx, request, &operation)
+	operation.Return = c.recording.now()
+	switch {
+	case err == nil:
+		operation.Answer = answer
+		c.known.learn(request, answer)
+	case !errors.Is(err, errOutcomeUnknown):
+		return fmt.Errorf("client %d: %s: %w", c.number, request.RPC, err)
+	case request.IsRead():
+		return nil
+	default:
+		operation.Return = 0
+		// The operation goes on until the end of the history, beside those that follow.
+		c.number = c.recording.newClient()
+	}
+	c.recording.add(operation)
+	return nil
+}
+
+// callUntilKnown repeats an edit with the same request id until its outcome is known, or the client
+// gives up. It counts the attempts.
+//
+// The last answer tells the outcome of all attempts: they come over one connection, so that the server
+// learns of the end of an attempt before it gets the next one, unless it was killed in between.
+func (c *client) callUntilKnown(
+	ctx context.Context, request *history.Request, operation *history.Operation,
+) (*history.Answer, error) {
+	for {
+		operation.Attempts++
+		answer, err := c.attempt(ctx, request)
+		if !errors.Is(err, errOutcomeUnknown) || request.ID == "" || c.random.Float64() < giveUpShare {
+			return answer, err
+		}
+		if err := c.awaitUp(ctx); err != nil {
+			return nil, err
+		}
+		operation.LastAttempt = c.recording.now()
+	}
+}
+
+func (c *client) attempt(ctx context.Context, request *history.Request) (*history.Answer, error) {
+	deadline := callDeadline
+	if c.random.Float64() < impatientShare {
+		deadline = time.Duration(c.random.Int64N(int64(maxImpatience)))
+	} else if request.MinRevision > 0 {
+		deadline = waitDeadline
+	}
+	ctx, cancel := context.WithTimeout(ctx, deadline)
+	defer cancel()
+	answer, err := c.caller.call(ctx, request)
+	if err != nil && deadline == callDeadline && errors.Is(ctx.Err(), context.DeadlineExceeded) {
+		return nil, fmt.Errorf("no answer within %s", callDeadline)
+	}
+	return answer, err
+}
