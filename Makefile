@@ -22,7 +22,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
 .PHONY: api package package-server deps-server test-packages
-.PHONY: nightly attack prove $(PROOFS)
+.PHONY: nightly attack prove prove-linearizable $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -35,7 +35,8 @@ help:
 	@echo 'make bench [PEERS=1]       benchmarks, with PEERS also of PostGIS (SERVER_ARGS, ARGS=--help)'
 	@echo 'make prove                 long proofs of the promises about revisions, or one of them:'
 	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
-	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help)'
+	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help),'
+	@echo '                           prove-linearizable [HISTORIES=1000] (Go 1.24)'
 	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
 	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times, attacks'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
@@ -143,7 +144,13 @@ $(PROOFS): build
 	@build/tests/hypermap_prove $(@:prove-%=%) --server build/bin/hypermapd \
 	  $(if $(findstring kill,$@),--history 1000) $(if $(findstring replica,$@),--edits 5000) $(if $(KILLS),--kills $(KILLS)) $(ARGS)
 
-prove: $(PROOFS)
+# In Go, because the checker is; skipped where Go is missing.
+prove-linearizable: build
+	@tests/linearizability/build.sh build && build/tests/hypermap_linearizability \
+	  --server build/bin/hypermapd --artifacts build/tests/linearizability \
+	  --histories $(or $(HISTORIES),1000) $(ARGS) || test $$? = 77
+
+prove: $(PROOFS) prove-linearizable
 
 # Ends with a table, and with a line that names the attacks which are not defended.
 attack: build build/.deps-test

@@ -1,0 +1,42 @@
+#!/bin/bash
+# Runs one test with the programs of a build folder.
+#
+#   tests/linearizability/test.sh model BUILD           go vet and the unit tests
+#   tests/linearizability/test.sh histories BUILD       a few histories are linearizable
+#   tests/linearizability/test.sh finds_planted BUILD   each planted fault is found
+#
+# The exit code is 77 if this machine has no suitable Go.
+set -euo pipefail
+test=$1
+build=$(realpath "$2")
+cd "$(dirname "$0")"
+./build.sh "$build"
+
+prove() { "$build/tests/hypermap_linearizability" --server "$build/bin/hypermapd" "$@"; }
+
+# find_planted FAULT: the proof must fail because a history is not linearizable, and for no other reason.
+find_planted() {
+  local last
+  last=$(prove --plant "$1" --histories 20 --artifacts "$found" | tee /dev/stderr | tail -1) || true
+  [[ $last == *'"violations":1,"undecided":0,"holds":false}' ]] || {
+    echo "the planted fault $1 was not found" >&2
+    return 1
+  }
+}
+
+case $test in
+  model)
+    go vet ./...
+    go test ./...
+    ;;
+  histories) prove --histories 5 --artifacts "$build/tests/linearizability" ;;
+  finds_planted)
+    found=$(mktemp -d)
+    trap 'rm -rf "$found"' EXIT
+    for fault in stale_read lost_update double_apply lost_commits; do find_planted "$fault"; done
+    ;;
+  *)
+    echo "test.sh: no test '$test'" >&2
+    exit 2
+    ;;
+esac
