@@ -127,6 +127,20 @@ absl::Status CheckName(absl::string_view name) {
   return absl::OkStatus();
 }
 
+// A text that is not UTF-8 would be another one after the file was written anew.
+absl::Status CheckTexts(const IdentityRecord& record) {
+  const auto check = [&](const std::string& text) {
+    if (IsUtf8(text)) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("identity \"", record.identity.name, "\" has a text that is not UTF-8"));
+  };
+  for (const auto* texts : {&record.identity.maps, &record.identity.robots, &record.certificates}) {
+    for (const std::string& text : *texts) HYPERMAP_RETURN_IF_ERROR(check(text));
+  }
+  for (const TokenRecord& token : record.tokens) HYPERMAP_RETURN_IF_ERROR(check(token.id));
+  return absl::OkStatus();
+}
+
 absl::Status Twice(absl::string_view what, absl::string_view name) {
   return absl::InvalidArgumentError(absl::StrCat(what, " \"", name, "\" occurs twice"));
 }
@@ -290,6 +304,7 @@ absl::Status AccessTable::Index() {
   absl::flat_hash_set<absl::string_view> names;
   for (const IdentityRecord& record : records_) {
     HYPERMAP_RETURN_IF_ERROR(CheckName(record.identity.name));
+    HYPERMAP_RETURN_IF_ERROR(CheckTexts(record));
     if (!names.insert(record.identity.name).second) return Twice("identity", record.identity.name);
     const auto identity = std::make_shared<const Identity>(record.identity);
     for (const TokenRecord& token : record.tokens) {

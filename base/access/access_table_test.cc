@@ -6,6 +6,8 @@
 #include <string>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
+
 namespace hypermap::access {
 namespace {
 
@@ -111,6 +113,17 @@ TEST(AccessTableTest, WhatIsWrittenIsReadAgain) {
   EXPECT_THAT(again.records()[0].identity.maps, IsEmpty());
   EXPECT_EQ(again.records()[0].tokens[0].expires, kNow + absl::Hours(1));
   EXPECT_EQ(again.records()[0].tokens[1].expires, absl::InfiniteFuture());
+}
+
+TEST(AccessTableTest, TextsThatAreNotUtf8AreRefused) {
+  // Written anew they would be other patterns.
+  for (const char* field : {"maps", "robots", "certificates"}) {
+    const std::string yaml =
+        absl::StrCat("identities: [{name: anna, role: robot, ", field, ": [\"hall\xC0\"]}]");
+    const absl::Status status = AccessTable::Parse(yaml).status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << field;
+    EXPECT_THAT(status.message(), HasSubstr("UTF-8"));
+  }
 }
 
 TEST(AccessTableTest, TokensTellWhoCallsUntilTheyExpire) {
