@@ -101,6 +101,11 @@ absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
     const std::string& layer, const storage::FusionSettings& settings, storage::FusionLog* stored,
     const FusionOptions* options, const Snapshot& snapshot) {
   absl::StatusOr<std::unique_ptr<FusedLayer>> fused = Begin(layer, settings, stored, options);
+  // The caller of a later request did not choose the settings.
+  if (absl::IsInvalidArgument(fused.status())) {
+    return absl::DataLossError(
+        absl::StrCat("stored settings of layer \"", layer, "\": ", fused.status().message()));
+  }
   if (!fused.ok()) return fused;
   (*fused)->settings_changed_ = false;
   HYPERMAP_ASSIGN_OR_RETURN(

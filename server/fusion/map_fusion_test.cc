@@ -355,5 +355,18 @@ TEST(AdmissionTest, ObservationIsEncodedAsOftenAsItsFormsDiffer) {
   EXPECT_EQ(log[1].body, wire::ObservationToBytes(Transformed(of_map, PlanarTransform(), frame)));
 }
 
+TEST(StoredSettingsTest, DamageIsNotTheCallersFault) {
+  FusionOptions options;
+  options.codec = {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
+                   &wire::ObjectFromBytes};
+  for (const storage::FusionSettings& settings :
+       {storage::FusionSettings{"evidence", "[", ""}, storage::FusionSettings{"unknown", "", ""}}) {
+    MemoryFusionLog log;
+    const absl::Status status =
+        FusedLayer::Open("things", settings, &log, &options, Snapshot()).status();
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
+  }
+}
+
 }  // namespace
 }  // namespace hypermap::server
