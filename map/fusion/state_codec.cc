@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "map/geometry/coordinates.h"
 
 namespace hypermap::fusion {
 
@@ -28,15 +29,22 @@ json EncodePolygon(const Polygon& polygon) {
   return rings;
 }
 
+// Vertices that can belong to a shape of at least `least` vertices. A shape with fewer, or with
+// coordinates that are not finite, has no centroid and breaks the indexes.
+std::vector<Point> DecodeVertices(const json& numbers, size_t least) {
+  std::vector<Point> vertices;
+  for (size_t i = 0; i + 1 < numbers.size(); i += 2) {
+    vertices.push_back({numbers[i].get<double>(), numbers[i + 1].get<double>()});
+  }
+  if (vertices.size() < least || !CheckVertices("vertices", vertices).ok()) {
+    throw std::runtime_error("a shape without valid vertices");
+  }
+  return vertices;
+}
+
 Polygon DecodePolygon(const json& encoded) {
   Rings rings;
-  for (const json& numbers : encoded) {
-    Ring ring;
-    for (size_t i = 0; i + 1 < numbers.size(); i += 2) {
-      ring.push_back({numbers[i].get<double>(), numbers[i + 1].get<double>()});
-    }
-    rings.push_back(std::move(ring));
-  }
+  for (const json& numbers : encoded) rings.push_back(DecodeVertices(numbers, 3));
   return rings.empty() ? Polygon() : Polygon::MakeUnchecked(std::move(rings));
 }
 
@@ -60,16 +68,10 @@ json EncodeShape(const Shape& shape) {
 
 Shape DecodeShape(const json& encoded) {
   if (encoded.contains("point")) {
-    const json& numbers = encoded["point"];
-    return Shape::MakePointUnchecked({numbers.at(0).get<double>(), numbers.at(1).get<double>()});
+    return Shape::MakePointUnchecked(DecodeVertices(encoded["point"], 1).front());
   }
   if (!encoded.contains("line_string")) return DecodePolygon(encoded.at("polygon"));
-  const json& numbers = encoded["line_string"];
-  std::vector<Point> vertices;
-  for (size_t i = 0; i + 1 < numbers.size(); i += 2) {
-    vertices.push_back({numbers[i].get<double>(), numbers[i + 1].get<double>()});
-  }
-  return LineString::MakeUnchecked(std::move(vertices));
+  return LineString::MakeUnchecked(DecodeVertices(encoded["line_string"], 2));
 }
 
 json EncodeObject(const SemanticObject& object) {
@@ -128,6 +130,38 @@ std::vector<float> DecodeFloats(const json& encoded) {
   return values;
 }
 
+// Reads CBOR without keeping it. Stops at an array or object that is nested deeper than states are.
+class DepthCheck : public nlohmann::json_sax<json> {
+ public:
+  bool null() override { return true; }
+  bool boolean(bool) override { return true; }
+  bool number_integer(number_integer_t) override { return true; }
+  bool number_unsigned(number_unsigned_t) override { return true; }
+  bool number_float(number_float_t, const string_t&) override { return true; }
+  bool string(string_t&) override { return true; }
+  bool binary(binary_t&) override { return true; }
+  bool key(string_t&) override { return true; }
+  bool start_object(size_t) override { return ++depth_ <= kMaxDepth; }
+  bool end_object() override { return --depth_ >= 0; }
+  bool start_array(size_t) override { return ++depth_ <= kMaxDepth; }
+  bool end_array() override { return --depth_ >= 0; }
+  bool parse_error(size_t, const std::string&, const json::exception&) override { return false; }
+
+  bool is_too_deep() const { return depth_ > kMaxDepth; }
+
+ private:
+  static constexpr int kMaxDepth = 32;
+
+  int depth_ = 0;
+};
+
+// The parser calls itself for each level, so that deep nesting would exhaust the stack.
+void CheckDepth(absl::string_view bytes) {
+  DepthCheck check;
+  json::sax_parse(bytes.begin(), bytes.end(), &check, json::input_format_t::cbor);
+  if (check.is_too_deep()) throw std::runtime_error("nested too deep");
+}
+
 std::string EncodeState(absl::string_view strategy, int version, json content) {
   const json whole = {
       {"strategy", std::string(strategy)}, {"version", version}, {"content", std::move(content)}};
@@ -139,6 +173,7 @@ std::string EncodeState(absl::string_view strategy, int version, json content) {
 absl::Status DecodeState(absl::string_view strategy, int version, absl::string_view bytes,
                          const std::function<void(const json&)>& read) {
   try {
+    CheckDepth(bytes);
     const json whole = json::from_cbor(bytes.begin(), bytes.end());
     if (whole.at("strategy").get<std::string>() != std::string(strategy)) {
       return absl::DataLossError(absl::StrCat("fusion state: not one of '", strategy, "'"));

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <limits>
 #include <string>
 
 #include "tests/support/random_map.h"
@@ -67,6 +68,35 @@ TEST(StateCodecTest, ObjectWithoutAShapeIsDamage) {
   const std::string bytes = EncodeState("test", 1, shapeless);
   const absl::Status status =
       DecodeState("test", 1, bytes, [](const json& content) { DecodeObject(content); });
+  EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(StateCodecTest, ShapesWithoutValidVerticesAreDamage) {
+  const double kInfinity = std::numeric_limits<double>::infinity();
+  const struct {
+    const char* field;
+    json vertices;
+  } cases[] = {
+      {"polygon", json::array({json::array()})},
+      {"polygon", {{0.0, 0.0, 1.0, 0.0}}},
+      {"polygon", {{0.0, 0.0, 1.0, 0.0, 1.0, kInfinity}}},
+      {"line_string", {0.0, 0.0}},
+      {"point", json::array()},
+  };
+  for (const auto& c : cases) {
+    SCOPED_TRACE(c.vertices.dump());
+    json encoded = StoredByVersion01();
+    encoded.erase("polygon");
+    encoded[c.field] = c.vertices;
+    const absl::Status status = DecodeState("test", 1, EncodeState("test", 1, encoded),
+                                            [](const json& content) { DecodeObject(content); });
+    EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
+  }
+}
+
+TEST(StateCodecTest, DeepNestingIsDamage) {
+  const std::string bytes = std::string(1'000'000, '\x81') + '\0';  // arrays of one array each
+  const absl::Status status = DecodeState("test", 1, bytes, [](const json&) {});
   EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss);
 }
 
