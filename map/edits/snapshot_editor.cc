@@ -114,6 +114,10 @@ absl::Status SnapshotEditor::GrowExtent(const std::string& layer, const CellBox&
   // Finish the open writer first: it has the extent that the grid had when the writer was made.
   if (auto writer = grids_.extract(layer)) FinishGrid(layer, std::move(writer.mapped()));
   HYPERMAP_ASSIGN_OR_RETURN(const auto grid, Grid(layer));
+  if (!kAllCells.Contains(extent) || !extent.Contains(grid->extent())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("the extent of layer \"", layer, "\" shrinks or leaves the cells of a grid"));
+  }
   changes_.push_back(ExtentGrown{layer, extent});
   next_->layers[layer] =
       std::make_shared<GridLayer>(grid->spec(), grid->shared_domain(), grid->tiles(), extent);

@@ -58,7 +58,8 @@ class SnapshotEditor {
   // labels. Logarithmic in the number of the layer's aliases for each, after the first call for the
   // layer. Errors are those of Semantic and CheckNumLabels.
   absl::Status UpdateAliases(const std::string& layer, const ValueAliases& changes);
-  // Sets the extent of a grid, which must not shrink. Errors are those of Grid.
+  // Sets the extent of a grid. INVALID_ARGUMENT if it would shrink or leave kAllCells. Errors are
+  // those of Grid.
   absl::Status GrowExtent(const std::string& layer, const CellBox& extent);
   // `object` must have an id, and its shape in the layer's frame. Errors are those of Semantic.
   absl::Status PutObject(const std::string& layer, ObjectPtr object);

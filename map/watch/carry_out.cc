@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -15,19 +16,35 @@
 namespace hypermap {
 namespace {
 
-absl::Status Incomplete(const MapChange& change) {
+absl::Status Unfit(const MapChange& change, absl::string_view problem) {
   return absl::InvalidArgumentError(absl::StrCat("a change of the kind ",
                                                  ChangeKindName(change.kind), " of layer \"",
-                                                 change.layer, "\" is incomplete"));
+                                                 change.layer, "\" ", problem));
 }
+
+absl::Status Incomplete(const MapChange& change) { return Unfit(change, "is incomplete"); }
 
 absl::Status CarryOutCells(const MapChange& change, SnapshotEditor& editor) {
   for (const CellRun& run : change.cells) {
+    // Before memory is taken for all cells of the run.
+    if (!kAllCells.Contains(CellIndex{run.row, run.col_begin}) || run.col_end > kMaxCellIndex) {
+      return Unfit(change, "has cells beyond those of a grid");
+    }
     const CellBox box{run.row, run.row + 1, run.col_begin, run.col_end};
     const std::vector<std::optional<double>> values(std::max<int64_t>(box.cols(), 0), run.value);
     HYPERMAP_RETURN_IF_ERROR(editor.WriteCells(change.layer, box, values));
   }
   return absl::OkStatus();
+}
+
+absl::Status CarryOutPut(const MapChange& change, SnapshotEditor& editor) {
+  if (!change.object) return Incomplete(change);
+  // The next id of the map is one more.
+  constexpr ObjectId kMaxId = std::numeric_limits<ObjectId>::max() - 1;
+  if (change.object->id <= 0 || change.object->id > kMaxId) {
+    return Unfit(change, "has an object without a valid id");
+  }
+  return editor.PutObject(change.layer, change.object);
 }
 
 absl::Status AddLayer(const LayerStructure& layer, SnapshotEditor& editor) {
@@ -46,8 +63,7 @@ absl::Status CarryOutOne(const MapChange& change, SnapshotEditor& editor) {
   switch (change.kind) {
     case ChangeKind::kPut:
     case ChangeKind::kEnter:
-      if (!change.object) return Incomplete(change);
-      return editor.PutObject(change.layer, change.object);
+      return CarryOutPut(change, editor);
     case ChangeKind::kRemove:
     case ChangeKind::kLeave:
       return editor.RemoveObject(change.layer, change.object_id);

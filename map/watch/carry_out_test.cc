@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -169,6 +171,46 @@ TEST(CarryOutTest, ChangesThatDoNotFitAreRefused) {
                   .layer = "things",
                   .cells = {{.row = 0, .col_begin = 0, .col_end = 1, .value = 0.5}}}),
             kFailedPrecondition);
+}
+
+// A grid "floor" with cells of 1 m, of which (0, 0) is known.
+Snapshot MapWithGrid() {
+  LayerSpec floor{.name = "floor", .kind = LayerKind::kScalar};
+  floor.grid = GridGeometry{PlanarTransform(), 1.0};
+  return testing::MakeSnapshot("m",
+                               {{CreateLayer{floor}, WriteCells{"floor", {0, 1, 0, 1}, {0.5}}}});
+}
+
+TEST(CarryOutTest, CellsBeyondThoseOfAGridAreRefusedBeforeMemoryIsTaken) {
+  const Snapshot map = MapWithGrid();
+  constexpr int32_t kMin = std::numeric_limits<int32_t>::min();
+  constexpr int32_t kMax = std::numeric_limits<int32_t>::max();
+  for (const CellRun& run : {CellRun{0, kMin, kMax, 0.5}, CellRun{kMax, 0, 1, 0.5}}) {
+    const MapChange change{.kind = ChangeKind::kCells, .layer = "floor", .cells = {run}};
+    EXPECT_EQ(CarryOut(map, 2, {change}).status().code(), absl::StatusCode::kInvalidArgument);
+  }
+}
+
+TEST(CarryOutTest, ObjectsWithoutAValidIdAreRefused) {
+  const Snapshot map = testing::MakeSnapshot("m", {{CreateLayer{{.name = "things"}}}});
+  for (const ObjectId id : {ObjectId{0}, ObjectId{-1}, std::numeric_limits<ObjectId>::max()}) {
+    auto cup = std::make_shared<SemanticObject>();
+    cup->id = id;
+    cup->label = "cup";
+    cup->shape = Polygon::FromBox({{0, 0}, {1, 1}});
+    const MapChange change{.kind = ChangeKind::kPut, .layer = "things", .object = cup};
+    EXPECT_EQ(CarryOut(map, 2, {change}).status().code(), absl::StatusCode::kInvalidArgument);
+  }
+}
+
+TEST(CarryOutTest, ExtentsThatShrinkOrLeaveTheCellsOfAGridAreRefused) {
+  const Snapshot map = MapWithGrid();
+  constexpr int32_t kMax = std::numeric_limits<int32_t>::max();
+  for (const CellBox& extent : {CellBox{5, 6, 5, 6}, CellBox{0, kMax, 0, kMax}}) {
+    const LayerStructure floor{map.FindGrid("floor")->spec(), extent, 1};
+    const MapChange change{.kind = ChangeKind::kLayerChanged, .layer = "floor", .layer_now = floor};
+    EXPECT_EQ(CarryOut(map, 2, {change}).status().code(), absl::StatusCode::kInvalidArgument);
+  }
 }
 
 }  // namespace
