@@ -41,7 +41,7 @@ help:
 	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times, attacks'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
 	@echo 'make gcc                   unit tests of a build by gcc, in build/gcc'
-	@echo 'make fuzz [SECONDS=60]     each fuzzer for SECONDS seconds (clang)'
+	@echo 'make fuzz [SECONDS=60] [FUZZERS=request]  each fuzzer, or those named, for SECONDS seconds (clang)'
 	@echo 'make api                   the API reference in docs/api, from the protos and the Python client'
 	@echo 'make format                clang-format on all sources'
 	@echo 'make lint [SINCE=origin/main]  format, clang-tidy on changed files, buf lint, deploy/'
@@ -170,8 +170,8 @@ nightly:
 
 fuzz: build/.deps-build
 	@cmake --preset fuzz $(CMAKE_ARGS)
-	@cmake --build build/fuzz --parallel $(JOBS) --target fuzzers
-	@tests/fuzz/run.sh build/fuzz/tests/fuzz $(or $(SECONDS),60)
+	@cmake --build build/fuzz --parallel $(JOBS) --target $(or $(FUZZERS:%=%_fuzzer),fuzzers)
+	@tests/fuzz/run.sh build/fuzz/tests/fuzz $(or $(SECONDS),60) $(FUZZERS)
 
 # The test docs.api_is_up_to_date fails if this would change anything.
 api: build/.deps-api
