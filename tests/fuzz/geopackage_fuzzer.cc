@@ -101,7 +101,7 @@ void AskPast(MapSession& session) {
   if (!kept.ok()) return;
   RequireDocumented((*history)->Revisions(kept->oldest - 1, kept->newest + 1, true, 20).status());
   RequireDocumented((*history)->Commits(kept->oldest, 1000).status());
-  for (Revision revision = kept->oldest; revision < kept->oldest + 4; ++revision) {
+  for (Revision revision = kept->oldest; revision < kept->oldest + 2; ++revision) {
     const auto past = (*history)->At(revision);
     RequireDocumented(past.status());
     if (!past.ok()) continue;
