@@ -6,9 +6,9 @@ namespace hypermap {
 namespace {
 
 // Bytes of a layer's specification, of its places in a snapshot, and of its tables in the database
-// connection of the map's writer. With SQLite 3.40, the schema of a semantic layer takes 15 KB and
-// the statements of its R*Tree 12.5 KB; the schema of a grid takes less than 1 KB.
-constexpr int64_t kBytesOfSemanticLayer = int64_t{32} << 10;
+// connection of the map's writer. With SQLite 3.40, the schema of a semantic layer takes 20 KB and
+// the statements of its R*Tree 12.5 KB; the schema of a grid takes 5 KB.
+constexpr int64_t kBytesOfSemanticLayer = int64_t{36} << 10;
 constexpr int64_t kBytesOfGrid = int64_t{8} << 10;
 
 int64_t BytesOfLayers(const Snapshot& snapshot) {

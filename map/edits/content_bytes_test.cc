@@ -68,7 +68,7 @@ TEST(ContentBytesTest, EmptyLayersAreChargedForTheirTables) {
   const LayerSpec things{.name = "things", .kind = LayerKind::kSemantic, .frame_id = "map"};
   const Snapshot semantic = MakeSnapshot("m", {{CreateLayer{things}}});
   EXPECT_GE(ContentGrowth(empty, semantic), 32 << 10);
-  EXPECT_LT(ContentGrowth(empty, semantic), 34 << 10);
+  EXPECT_LT(ContentGrowth(empty, semantic), 38 << 10);
   const Snapshot grid = MakeSnapshot("m", {{CreateLayer{GridOfMetres("g")}}});
   EXPECT_GE(ContentGrowth(empty, grid), 8 << 10);
   EXPECT_LT(ContentGrowth(empty, grid), 10 << 10);

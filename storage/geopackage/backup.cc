@@ -7,6 +7,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/ends_if_cancelled.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/incarnation.h"
@@ -24,7 +25,8 @@ absl::Status GiveNewIncarnation(const std::string& path, absl::Duration busy_tim
                             Database::Open(path, Database::OpenMode::kExisting, busy_timeout));
   HYPERMAP_RETURN_IF_ERROR(
       copy->Execute("PRAGMA journal_mode = MEMORY; PRAGMA synchronous = OFF;"));
-  return SetIncarnation(copy.get(), NewIncarnation());
+  HYPERMAP_RETURN_IF_ERROR(SetIncarnation(copy.get(), NewIncarnation()));
+  return RecordCopy(copy.get());
 }
 
 class GeoPackageBackup : public MapBackup {
@@ -33,7 +35,7 @@ class GeoPackageBackup : public MapBackup {
       : name_(std::move(name)), reader_(std::move(reader)), busy_timeout_(busy_timeout) {}
 
   absl::Status WriteTo(const std::string& path) override {
-    const absl::Status status = Write(path);
+    absl::Status status = Write(path);
     if (status.ok()) return status;
     return absl::Status(status.code(), absl::StrCat("map ", name_, ": ", status.message()));
   }

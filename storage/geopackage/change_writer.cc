@@ -126,6 +126,7 @@ absl::Status ChangeWriter::Finish(const Snapshot& newest) {
 }
 
 absl::Status ChangeWriter::Apply(const LayerCreated& change) {
+  has_changed_schema_ = true;
   const LayerSpec& spec = change.spec;
   if (layers_.contains(spec.name)) {
     return absl::InternalError(absl::StrCat("layer ", spec.name, " created twice"));
@@ -151,6 +152,7 @@ absl::Status ChangeWriter::Apply(const LayerCreated& change) {
 }
 
 absl::Status ChangeWriter::Apply(const LayerDeleted& change) {
+  has_changed_schema_ = true;
   HYPERMAP_ASSIGN_OR_RETURN(OpenLayer* const layer, Touch(change.spec.name));
   HYPERMAP_RETURN_IF_ERROR(Unregister(database_, layer->stored.table));
   HYPERMAP_RETURN_IF_ERROR(RemoveLayer(database_, change.spec.name));

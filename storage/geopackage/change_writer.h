@@ -47,6 +47,9 @@ class ChangeWriter {
   // anything before has broken off.
   absl::Status Finish(const Snapshot& newest);
 
+  // Returns whether tables were created or dropped.
+  bool has_changed_schema() const { return has_changed_schema_; }
+
   // The layers after the commits.
   OpenLayers TakeLayers() && { return std::move(layers_); }
 
@@ -83,7 +86,8 @@ class ChangeWriter {
   std::optional<int64_t> lineage_;             // of the change in work, where it is of a layer
   std::map<std::string, absl::Time> touched_;  // layer -> its last change
   std::optional<absl::Time> layers_changed_;   // last change of hypermap_layers
-  std::optional<TableNames> table_names_;      // read when the first layer is created
+  bool has_changed_schema_ = false;
+  std::optional<TableNames> table_names_;  // read when the first layer is created
 };
 
 }  // namespace hypermap::storage

@@ -14,6 +14,9 @@
 
 namespace hypermap::storage {
 
+// The GeoPackage's register of its layers.
+inline constexpr char kContentsTable[] = "gpkg_contents";
+
 // The name of the geometry column of every feature table.
 inline constexpr char kGeometryColumn[] = "geom";
 

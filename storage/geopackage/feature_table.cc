@@ -8,6 +8,7 @@
 #include "base/status/status_macros.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/for_table.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/object_row.h"
 #include "storage/geopackage/packed_index.h"
@@ -108,7 +109,8 @@ constexpr char kHasOtherTriggers[] = R"sql(
 SELECT EXISTS (SELECT 1 FROM sqlite_master
   WHERE type = 'trigger' AND lower(tbl_name) = lower('$t') AND name NOT IN (
     'rtree_$t_geom_insert', 'rtree_$t_geom_update1', 'rtree_$t_geom_update2',
-    'rtree_$t_geom_update3', 'rtree_$t_geom_update4', 'rtree_$t_geom_delete'))
+    'rtree_$t_geom_update3', 'rtree_$t_geom_update4', 'rtree_$t_geom_delete',
+    'hypermap_$t_insert', 'hypermap_$t_update', 'hypermap_$t_delete'))
 )sql";
 constexpr char kInsertBox[] = R"sql(
 INSERT OR REPLACE INTO "rtree_$t_geom" VALUES (?, ?, ?, ?, ?)
@@ -171,9 +173,10 @@ FeatureTable::FeatureTable(Database* database, std::string table, int64_t lineag
       delete_sql_(ForTable(R"sql(DELETE FROM "$t" WHERE id = ?)sql", table_)) {}
 
 absl::Status FeatureTable::Create() {
-  return database_->Execute(
+  HYPERMAP_RETURN_IF_ERROR(database_->Execute(
       absl::StrReplaceAll(absl::StrCat(kCreateFeatureTable, kCreateIndex),
-                          {{"$t", table_}, {"$g", GeometryTypeName(shape_kinds_)}}));
+                          {{"$t", table_}, {"$g", GeometryTypeName(shape_kinds_)}})));
+  return WatchForForeignWrites(database_, table_);
 }
 
 absl::Status FeatureTable::Drop(Revision revision) {

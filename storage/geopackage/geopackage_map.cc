@@ -12,6 +12,7 @@
 #include "map/layers/semantic_layer.h"
 #include "storage/geopackage/backup.h"
 #include "storage/geopackage/compaction.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/frame_table.h"
 #include "storage/geopackage/geopackage_history.h"
 #include "storage/geopackage/layer_history.h"
@@ -135,6 +136,11 @@ absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string&
   opened.metadata = *std::move(metadata);
   opened.witness = history->witness;
   opened.notes = std::move(history->notes);
+  if (file.was_written_by_others) {
+    opened.notes.push_back(
+        "another program has written to the file, or moved its write-ahead log into it: all pages "
+        "were checked, and those that it wrote have new checksums");
+  }
   if (!file.older_copy.empty()) {
     opened.notes.push_back(
         absl::StrCat("the file had an older schema, and was migrated; as it was, it is kept as ",
@@ -223,11 +229,13 @@ void GeoPackageMap::KeepWitness(const Commit& newest) {
 absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {
   const Snapshot& newest = *commits.back().applied.snapshot;
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
+  HYPERMAP_RETURN_IF_ERROR(BeginOwnWrites(database_.get()));
   ChangeWriter writer(database_.get(), layers_);
   for (const Commit& commit : commits) {
     HYPERMAP_RETURN_IF_ERROR(writer.Write(commit));
   }
   absl::Status status = writer.Finish(newest);
+  if (status.ok() && writer.has_changed_schema()) status = RecordSchema(database_.get());
   if (status.ok()) {
     status = AdvanceRevision(database_.get(), revision_, newest.revision, newest.next_object_id);
   }

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/for_table.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/tile_matrix.h"
 
 namespace hypermap::storage {
@@ -92,7 +93,10 @@ GridTable::GridTable(Database* database, std::string table, int64_t lineage,
       write_sql_(ForTable(kWriteTile, table_)),
       archive_sql_(ForTable(kArchiveTile, table_)) {}
 
-absl::Status GridTable::Create() { return database_->Execute(ForTable(kCreateGridTable, table_)); }
+absl::Status GridTable::Create() {
+  HYPERMAP_RETURN_IF_ERROR(database_->Execute(ForTable(kCreateGridTable, table_)));
+  return WatchForForeignWrites(database_, table_);
+}
 
 absl::Status GridTable::Drop(Revision revision) {
   HYPERMAP_RETURN_IF_ERROR(database_->Run(ForTable(kArchiveAllTiles, table_), lineage_, revision));

@@ -33,6 +33,7 @@
 namespace hypermap::storage {
 namespace {
 
+using ::testing::AnyOf;
 using ::testing::Conditional;
 using ::testing::Contains;
 using ::testing::ElementsAre;
@@ -393,6 +394,70 @@ INSTANTIATE_TEST_SUITE_P(
                       NamedFault{"Access", {FileCall::kAccess, SQLITE_IOERR_ACCESS}},
                       NamedFault{"Lock", {FileCall::kLock, SQLITE_IOERR_LOCK}},
                       NamedFault{"LogIndex", {FileCall::kShm, SQLITE_IOERR_SHMOPEN}}),
+    [](const auto& info) { return std::string(info.param.name); });
+
+// A map of an older version is opened, and each call fails in turn.
+class MigrationFaultTest : public ::testing::TestWithParam<NamedFault> {};
+
+void MakeOldMap(const std::string& path) {
+  const absl::Status made =
+      Connect(path)->Execute(ReadFile(absl::StrCat(GEOPACKAGE_TESTDATA, "/map_v7.sql")));
+  ASSERT_TRUE(made.ok()) << made;
+}
+
+TEST_P(MigrationFaultTest, MapIsMigratedOrAsItWas) {
+  const testing::TemporaryFolder intact;
+  MakeOldMap(intact / "site.gpkg");
+  const auto intact_store = OpenStore(intact.path());
+  const SnapshotPtr expected = *(*intact_store->Open("site"))->Load();
+  FileFault fault = GetParam().fault;
+  bool has_failed = true;
+  for (fault.first = 1; has_failed && !HasFailure(); ++fault.first) {
+    for (const int count : {1, kUntilMended}) {
+      fault.count = count;
+      SCOPED_TRACE(::testing::Message()
+                   << "call " << fault.first << (count > 1 ? " and later ones fail" : " fails"));
+      const testing::TemporaryFolder folder;
+      MakeOldMap(folder / "site.gpkg");
+      FaultyFiles files(folder.path());
+      const auto store = OpenStore(folder.path());
+      files.Arm(IsOfSite, fault);
+      {
+        auto opened = store->Open("site");
+        if (opened.ok()) {
+          const auto loaded = (*opened)->Load();
+          if (loaded.ok()) ExpectSame(**loaded, *expected);
+        } else {
+          EXPECT_THAT(opened.status().code(),
+                      AnyOf(absl::StatusCode::kUnavailable, absl::StatusCode::kResourceExhausted,
+                            absl::StatusCode::kFailedPrecondition))
+              << opened.status();
+        }
+      }
+      has_failed = files.num_failed() > 0;
+      files.Disarm();
+      auto again = store->Open("site");
+      ASSERT_TRUE(again.ok()) << again.status();
+      const auto loaded = (*again)->Load();
+      ASSERT_TRUE(loaded.ok()) << loaded.status();
+      ExpectSame(**loaded, *expected);
+      EXPECT_TRUE(PathExists(folder / "site.gpkg.schema-7"));
+      EXPECT_FALSE(PathExists(folder / "site.gpkg.new"));
+    }
+  }
+  EXPECT_GT(fault.first, 2);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Calls, MigrationFaultTest,
+    ::testing::Values(NamedFault{"Open", {FileCall::kOpen, SQLITE_CANTOPEN}},
+                      NamedFault{"Read", {FileCall::kRead, SQLITE_IOERR_READ}},
+                      NamedFault{"Write", {FileCall::kWrite, SQLITE_IOERR_WRITE}},
+                      NamedFault{"ShortWrite", {FileCall::kWrite, SQLITE_FULL, 1, 1, true}},
+                      NamedFault{"Sync", {FileCall::kSync, SQLITE_IOERR_FSYNC}},
+                      NamedFault{"Size", {FileCall::kSize, SQLITE_IOERR_FSTAT}},
+                      NamedFault{"Delete", {FileCall::kDelete, SQLITE_IOERR_DELETE}},
+                      NamedFault{"Lock", {FileCall::kLock, SQLITE_IOERR_LOCK}}),
     [](const auto& info) { return std::string(info.param.name); });
 
 // While it lives, the process can open at most `more` files.

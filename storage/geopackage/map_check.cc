@@ -1,9 +1,13 @@
 #include "storage/geopackage/map_check.h"
 
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -12,12 +16,14 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/change_writer.h"
 #include "storage/geopackage/ends_if_cancelled.h"
 #include "storage/geopackage/evidence_check.h"
 #include "storage/geopackage/finding_list.h"
 #include "storage/geopackage/for_table.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/frame_table.h"
 #include "storage/geopackage/geometry_blob.h"
 #include "storage/geopackage/geopackage_options.h"
@@ -28,6 +34,7 @@
 #include "storage/geopackage/schema.h"
 #include "storage/geopackage/time_mark_table.h"
 #include "storage/sqlite/durable_file.h"
+#include "storage/sqlite/page_checksums.h"
 
 namespace hypermap::storage {
 namespace {
@@ -88,6 +95,8 @@ class MapChecker {
   absl::Status CheckGrid(const OpenLayer& layer);
   absl::Status CheckIndex(const std::string& table);
   absl::Status CompareBoxes(const std::string& table, const std::string& index);
+  // Adds a finding for each page, with the table or index to which it belongs.
+  absl::Status AddFailedPages(const std::set<int64_t>& numbers);
   // Adds a finding for each line that the query answers, unless it is "ok".
   absl::Status AddLines(const std::string& sql, const std::string& index);
 
@@ -121,17 +130,46 @@ absl::StatusOr<bool> MapChecker::CheckVersion() {
 }
 
 absl::Status MapChecker::AddLines(const std::string& sql, const std::string& index) {
+  const FailedPages failed;
   HYPERMAP_ASSIGN_OR_RETURN(Statement check, database_->Prepare(sql));
   while (true) {
-    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, check.Step());
-    if (!has_row) return absl::OkStatus();
+    const absl::StatusOr<bool> has_row = check.Step();
+    if (!has_row.ok() && failed.numbers().empty()) return has_row.status();
+    if (!has_row.ok() || !*has_row) break;
     for (const absl::string_view line : absl::StrSplit(check.Text(0), '\n', absl::SkipEmpty())) {
       if (line == "ok" || absl::StartsWith(line, "*** in database")) continue;
-      if (IsReadError(line)) return absl::UnavailableError(line);
+      if (IsReadError(line)) {
+        if (failed.numbers().empty()) return absl::UnavailableError(line);
+        continue;
+      }
       findings_.Add(index.empty() ? FindingOfLine(line)
                                   : Finding{index, "", std::string(line), true});
     }
   }
+  return AddFailedPages(failed.numbers());
+}
+
+absl::Status MapChecker::AddFailedPages(const std::set<int64_t>& numbers) {
+  if (numbers.empty()) return absl::OkStatus();
+  std::map<int64_t, std::string> tables;
+  {
+    // Walks along pages that fail as far as they lead.
+    const UnverifiedReads here(database_->handle());
+    HYPERMAP_ASSIGN_OR_RETURN(Statement pages,
+                              database_->Prepare("SELECT pageno, name FROM dbstat"));
+    while (true) {
+      const absl::StatusOr<bool> has_row = pages.Step();
+      if (!has_row.ok() || !*has_row) break;
+      if (numbers.contains(pages.Int64(0))) tables[pages.Int64(0)] = std::string(pages.Text(1));
+    }
+  }
+  for (const int64_t number : numbers) {
+    const std::string& table = tables[number];
+    findings_.Add({"", "",
+                   absl::StrCat(DescribeFailedPage(number),
+                                table.empty() ? "" : absl::StrCat(" (in ", table, ")"))});
+  }
+  return CheckCancelled();
 }
 
 absl::Status MapChecker::CheckPages() {
@@ -246,18 +284,18 @@ absl::StatusOr<CheckReport> CheckMapFile(const std::string& path, const Evidence
   if (!std::filesystem::is_regular_file(path, error)) {
     return absl::FailedPreconditionError("not a regular file");
   }
-  // A file with a log is read together with it. Otherwise SQLite would make one.
-  const bool is_alone = !PathExists(LogPathOf(path)) && !PathExists(path + "-journal");
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::unique_ptr<Database> database,
-      Database::Open(path,
-                     is_alone ? Database::OpenMode::kFileAlone : Database::OpenMode::kReadOnly,
-                     GeoPackageOptions().busy_timeout));
+  const Database::OpenMode mode = ModeForReading(path);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Database> database,
+                            Database::Open(path, mode, GeoPackageOptions().busy_timeout));
+  // What other programs wrote has no checksums before a server opens the file.
+  std::optional<UnverifiedReads> unverified;
+  if (WasWrittenByOthers(path)) unverified.emplace(database->handle());
   HYPERMAP_ASSIGN_OR_RETURN(CheckReport report, CheckMap(database.get(), evidence));
   // SQLite reads an incomplete last page as if it ended with zeros.
   const absl::StatusOr<std::optional<int64_t>> page_size = database->QueryInt64("PRAGMA page_size");
   const auto size = static_cast<int64_t>(std::filesystem::file_size(path, error));
-  if (is_alone && !error && page_size.ok() && size % page_size->value_or(1) != 0) {
+  if (mode == Database::OpenMode::kFileAlone && !error && page_size.ok() &&
+      size % page_size->value_or(1) != 0) {
     report.findings.push_back({"", "", "the file is cut short"});
   }
   return report;

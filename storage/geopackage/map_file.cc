@@ -13,10 +13,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/schema.h"
 #include "storage/geopackage/spatial_functions.h"
 #include "storage/sqlite/durable_file.h"
+#include "storage/sqlite/page_checksums.h"
 
 namespace hypermap::storage {
 namespace {
@@ -50,10 +52,14 @@ absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
 // `pragma` is one of SQLite's checks that answer "ok" or with the first problem. UNAVAILABLE if the
 // file could not be read.
 absl::Status RunCheck(Database* database, const std::string& pragma) {
+  const FailedPages failed;
   HYPERMAP_ASSIGN_OR_RETURN(Statement check, database->Prepare(pragma));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, check.Step());
   const std::string result(has_row ? check.Text(0) : "no answer");
   if (result == "ok") return absl::OkStatus();
+  if (!failed.numbers().empty()) {
+    return absl::DataLossError(DescribeFailedPage(*failed.numbers().begin()));
+  }
   return IsReadError(result) ? absl::UnavailableError(result) : absl::DataLossError(result);
 }
 
@@ -74,53 +80,84 @@ absl::Status LimitSize(Database* database, int64_t max_bytes) {
       absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / *page_size)));
 }
 
-// Writes `copy`, in place of an earlier one. Without memory of its own, for files of any size.
-absl::Status KeepCopy(Database* database, const std::string& copy) {
-  const std::string temporary = copy + ".new";
-  absl::Status status = RemoveMapFile(temporary);
-  if (status.ok()) status = database->Run("VACUUM INTO ?", temporary);
-  if (status.ok()) status = RemoveFile(copy);
-  if (status.ok()) status = PublishFile(temporary, copy);
-  if (status.ok()) return status;
-  RemoveMapFile(temporary).IgnoreError();
-  return absl::Status(status.code(),
-                      absl::StrCat("the file has an older schema, and can't be copied "
-                                   "before it is migrated: ",
-                                   status.message()));
-}
-
-// Checks the file itself before its content, so that the error names the first cause. A file of an
-// older version is copied before it is migrated, unless `copy` is null; `copy` gets the name.
-absl::Status Prepare(Database* database, const std::string& path, int64_t size, bool has_log,
-                     const GeoPackageOptions& options, std::string* copy) {
+// Checks the file itself before its content, so that the error names the first cause. Returns
+// whether the file is as this program writes it.
+absl::StatusOr<bool> CheckFile(Database* database, int64_t size, bool has_log,
+                               const GeoPackageOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));
   if (sqlite3_db_readonly(database->handle(), "main") != 0) {
     return absl::FailedPreconditionError("the file is read-only");
   }
+  HYPERMAP_RETURN_IF_ERROR(CheckIsNotNewer(version, kSchemaVersion));
   HYPERMAP_RETURN_IF_ERROR(CheckLength(database, size, has_log));
   if (size <= options.max_checked_bytes) {
     HYPERMAP_RETURN_IF_ERROR(RunCheck(database, "PRAGMA quick_check(1)"));
   }
-  HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database));
-  if (version < kSchemaVersion && copy != nullptr) {
-    *copy = OlderCopyOf(path, version);
-    HYPERMAP_RETURN_IF_ERROR(KeepCopy(database, *copy));
-  }
-  HYPERMAP_RETURN_IF_ERROR(MigrateSchema(database, kSchemaVersion, ReleasedMigrations()));
-  HYPERMAP_RETURN_IF_ERROR(VerifySchema(database));
-  HYPERMAP_RETURN_IF_ERROR(WriteAhead(database));
-  return LimitSize(database, options.max_map_bytes);
+  return version == kSchemaVersion && KeepsChecksums(database->handle());
 }
 
+// Migrates a copy by VACUUM INTO that nobody else has open.
+absl::Status MigrateCopy(const std::string& path, const GeoPackageOptions& options) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::unique_ptr<Database> database,
+      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
+  HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database.get()));
+  HYPERMAP_RETURN_IF_ERROR(MigrateSchema(database.get(), kSchemaVersion, ReleasedMigrations()));
+  return RecordCopy(database.get());
+}
+
+// Puts a map of the newest version, with checksums, in the place of one without. `copy`, which is
+// the name for the file as it was, may be empty; then that file is gone.
+absl::Status WriteAnew(std::unique_ptr<Database> database, const std::string& path,
+                       const std::string& copy, const GeoPackageOptions& options) {
+  const std::string temporary = path + ".new";
+  absl::Status status = RemoveMapFile(temporary);
+  // Without memory of its own, for files of any size.
+  if (status.ok()) status = database->Run("VACUUM INTO ?", temporary);
+  // SQLite takes a file whose size it can't read for one that exists.
+  if (absl::IsInternal(status)) status = absl::UnavailableError(status.message());
+  // Moves the log into the file.
+  database.reset();
+  if (status.ok() && PathExists(LogPathOf(path))) {
+    status = absl::UnavailableError("another program has the file open");
+  }
+  if (status.ok()) status = MigrateCopy(temporary, options);
+  if (status.ok() && !copy.empty()) status = RemoveFile(copy);
+  if (status.ok() && !copy.empty()) status = LinkOrCopyFile(path, copy);
+  if (status.ok()) status = ReplaceFile(temporary, path);
+  if (status.ok()) return status;
+  RemoveMapFile(temporary).IgnoreError();
+  return absl::Status(
+      status.code(),
+      absl::StrCat("the file has an older format, and can't be written anew: ", status.message()));
+}
+
+// A file of an older version is migrated. Its copy, OlderCopyOf, is kept unless `copy` is null;
+// `copy` gets its name.
 absl::StatusOr<std::unique_ptr<Database>> OpenAndMigrate(const std::string& path,
                                                          const GeoPackageOptions& options,
                                                          std::string* copy) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t size, SizeOfFile(path));
   const bool has_log = PathExists(LogPathOf(path));
-  HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<Database> database,
-      Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
-  HYPERMAP_RETURN_IF_ERROR(Prepare(database.get(), path, size, has_log, options, copy));
+  const auto open = [&] {
+    return Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout);
+  };
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Database> database, open());
+  HYPERMAP_ASSIGN_OR_RETURN(const bool is_current,
+                            CheckFile(database.get(), size, has_log, options));
+  if (!is_current) {
+    HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database.get()));
+    std::string kept;
+    if (copy != nullptr && version < kSchemaVersion) kept = OlderCopyOf(path, version);
+    HYPERMAP_RETURN_IF_ERROR(WriteAnew(std::move(database), path, kept, options));
+    if (copy != nullptr) *copy = std::move(kept);
+    HYPERMAP_ASSIGN_OR_RETURN(database, open());
+  }
+  HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database.get()));
+  HYPERMAP_RETURN_IF_ERROR(VerifySchema(database.get()));
+  HYPERMAP_RETURN_IF_ERROR(WriteAhead(database.get()));
+  HYPERMAP_RETURN_IF_ERROR(RecordOpening(database.get()));
+  HYPERMAP_RETURN_IF_ERROR(LimitSize(database.get(), options.max_map_bytes));
   return database;
 }
 
@@ -128,6 +165,8 @@ absl::StatusOr<std::optional<uint64_t>> ReadIncarnationOfFileAlone(const std::st
   HYPERMAP_ASSIGN_OR_RETURN(
       const std::unique_ptr<Database> database,
       Database::Open(path, Database::OpenMode::kFileAlone, absl::ZeroDuration()));
+  // Another program may have written to the file.
+  const UnverifiedReads here(database->handle());
   HYPERMAP_ASSIGN_OR_RETURN(
       const std::optional<int64_t> has_column,
       database->QueryInt64(
@@ -164,6 +203,7 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
 
 absl::StatusOr<OpenMap> OpenMapFile(const std::string& path, const GeoPackageOptions& options) {
   OpenMap map;
+  HYPERMAP_ASSIGN_OR_RETURN(map.was_written_by_others, AdoptForeignWrites(path, options));
   HYPERMAP_ASSIGN_OR_RETURN(map.database, OpenAndMigrate(path, options, &map.older_copy));
   return map;
 }
@@ -173,6 +213,7 @@ std::string OlderCopyOf(const std::string& path, int64_t version) {
 }
 
 absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& options) {
+  HYPERMAP_RETURN_IF_ERROR(AdoptForeignWrites(path, options).status());
   absl::StatusOr<int64_t> version;
   {
     HYPERMAP_ASSIGN_OR_RETURN(
@@ -242,6 +283,11 @@ absl::StatusOr<bool> MoveLogIntoFile(Database* database) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> is_busy,
                             database->QueryInt64("PRAGMA wal_checkpoint(TRUNCATE)"));
   return is_busy == 0;
+}
+
+Database::OpenMode ModeForReading(const std::string& path) {
+  const bool is_alone = !PathExists(LogPathOf(path)) && !PathExists(path + "-journal");
+  return is_alone ? Database::OpenMode::kFileAlone : Database::OpenMode::kReadOnly;
 }
 
 absl::Status RemoveSidecars(const std::string& path) {

@@ -25,11 +25,13 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
 struct OpenMap {
   std::unique_ptr<Database> database;
   std::string older_copy;  // of the file as it was before it was migrated; empty if it was not
+  bool was_written_by_others = false;  // since a store has closed it
 };
-// Opens a map's file for writing, checks it, migrates it to the newest schema version and sets
-// write-ahead logging. Before it migrates it keeps a copy, OlderCopyOf. FAILED_PRECONDITION when
-// the file is not a map, has a newer version or is read-only; DATA_LOSS when it is damaged;
-// RESOURCE_EXHAUSTED when the disk has no room for the copy.
+// Opens a map's file for writing, checks it, and sets write-ahead logging. A file of an older
+// schema version, or without checksums, is written anew, migrated, and put in its place; one of an
+// older version is kept as OlderCopyOf. What other programs wrote is adopted (foreign_writes.h).
+// FAILED_PRECONDITION when the file is not a map, has a newer version or is read-only; DATA_LOSS
+// when it is damaged; RESOURCE_EXHAUSTED when the disk has no room for a new file.
 absl::StatusOr<OpenMap> OpenMapFile(const std::string& path, const GeoPackageOptions& options);
 
 // The name of the copy of a map's file of an older schema version.
@@ -70,6 +72,10 @@ bool IsReadError(absl::string_view problem);
 // Moves the log into the file, and waits for it. Returns whether the file is the whole map, which
 // it is not while another program reads an older state.
 absl::StatusOr<bool> MoveLogIntoFile(Database* database);
+
+// How to read a map's file without changing it or making files beside it: with its log if it has
+// one. REQUIRES: nobody writes to it.
+Database::OpenMode ModeForReading(const std::string& path);
 
 // Removes the files that SQLite keeps beside a map's file. REQUIRES: the map's file does not exist.
 absl::Status RemoveSidecars(const std::string& path);

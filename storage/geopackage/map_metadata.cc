@@ -56,8 +56,8 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
 absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
                              ObjectId next_object_id) {
   HYPERMAP_RETURN_IF_ERROR(database->Run(
-      "UPDATE hypermap_metadata SET revision = ?, next_object_id = ?, provisional = 0 "
-      "WHERE id = 1 AND revision = ?",
+      "UPDATE hypermap_metadata SET revision = ?, next_object_id = ?, provisional = 0, "
+      "writing = 0 WHERE id = 1 AND revision = ?",
       to, next_object_id, from));
   if (database->changed_rows() == 1) return absl::OkStatus();
   return absl::FailedPreconditionError(

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <system_error>
@@ -11,6 +12,7 @@
 #include "base/status/status_macros.h"
 #include "storage/geopackage/evidence_check.h"
 #include "storage/geopackage/for_table.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/geopackage_options.h"
 #include "storage/geopackage/history_check.h"
 #include "storage/geopackage/history_tables.h"
@@ -19,6 +21,7 @@
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/spatial_functions.h"
 #include "storage/sqlite/durable_file.h"
+#include "storage/sqlite/page_checksums.h"
 
 namespace hypermap::storage {
 namespace {
@@ -127,14 +130,19 @@ absl::StatusOr<RepairReport> RepairMapFile(const std::string& path, const Eviden
   if (names.empty()) return report;
   HYPERMAP_RETURN_IF_ERROR(SaveCopy(path));
   report.copy = CopyPathOf(path);
+  const bool was_written = WasWrittenByOthers(path);
   {
     HYPERMAP_ASSIGN_OR_RETURN(
         const std::unique_ptr<Database> database,
         Database::Open(path, Database::OpenMode::kExisting, GeoPackageOptions().busy_timeout));
+    // A file that another program wrote stays one, to which a server gives checksums.
+    std::optional<UnverifiedReads> unverified;
+    if (was_written) unverified.emplace(database->handle());
     HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database.get()));
     HYPERMAP_RETURN_IF_ERROR(database->Execute("PRAGMA synchronous = FULL"));
     HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database.get()));
     HYPERMAP_RETURN_IF_ERROR(Rebuild(database.get(), std::move(names)));
+    if (!was_written) HYPERMAP_RETURN_IF_ERROR(RecordSchema(database.get()));
     HYPERMAP_RETURN_IF_ERROR(transaction.Commit());
   }
   HYPERMAP_ASSIGN_OR_RETURN(report.after, CheckMapFile(path, evidence));

@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/map_file.h"
 
 namespace hypermap::storage {
@@ -160,13 +161,21 @@ absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultAtEnd() const {
   return FindFaultOrShorterLog();
 }
 
+void OpenFiles::RecordEnd() {
+  // While another program has the file open, the log stays, and that program may move it. After an
+  // error, SQLite tries again when it closes the file.
+  const auto log_stays = [this] { return !MoveLogIntoFile(writer_).value_or(true); };
+  if (log_stays() || !RecordClosing(writer_).ok()) return;
+  if (log_stays()) RecordOpening(writer_).IgnoreError();
+}
+
 void OpenFiles::Finish() {
   const absl::StatusOr<Fault> fault = FindFaultAtEnd();
   const bool is_whole = fault.ok() && *fault == Fault::kNone;
   // A log that was removed by name can still be read by the connection that has it open, and the
   // file is ours: the commits of the log are saved.
   if (is_whole || (fault.ok() && *fault == Fault::kLogRemoved)) {
-    writer_->Execute("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
+    RecordEnd();
   }
   if (is_whole) return;
   sqlite3_db_config(writer_->handle(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, 1, nullptr);

@@ -47,6 +47,8 @@ class OpenFiles {
   void Finish();
 
  private:
+  // Moves the log into the file, and notes there that it is.
+  void RecordEnd();
   enum class Fault { kNone, kRemoved, kReplaced, kOverwritten, kLogRemoved, kLogShortened };
   struct Stamp {
     dev_t device;

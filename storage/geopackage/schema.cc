@@ -7,6 +7,7 @@
 #include "base/status/status_macros.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/evidence_retention.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/layer_table.h"
@@ -29,7 +30,11 @@ CREATE TABLE hypermap_metadata (
   next_object_id INTEGER NOT NULL,
   oldest_revision INTEGER NOT NULL DEFAULT 0,
   incarnation INTEGER NOT NULL DEFAULT 0,
-  provisional INTEGER NOT NULL DEFAULT 0
+  provisional INTEGER NOT NULL DEFAULT 0,
+  writing INTEGER NOT NULL DEFAULT 0,
+  foreign_writes INTEGER NOT NULL DEFAULT 0,
+  schema_cookie INTEGER NOT NULL DEFAULT 0,
+  write_ahead INTEGER NOT NULL DEFAULT 0
 );
 CREATE TABLE hypermap_layers (
   id INTEGER PRIMARY KEY,
@@ -73,7 +78,8 @@ struct TableColumns {
 constexpr TableColumns kTables[] = {
     {"hypermap_metadata",
      "id, schema_version, map_name, frame_id, created_at_ns, request_id, revision, next_object_id, "
-     "oldest_revision, incarnation, provisional"},
+     "oldest_revision, incarnation, provisional, writing, foreign_writes, schema_cookie, "
+     "write_ahead"},
     {"hypermap_layers",
      "id, name, kind, table_name, frame_id, origin_x, origin_y, origin_yaw, resolution_m, "
      "row_begin, row_end, col_begin, col_end, parameters, lineage"},
@@ -163,6 +169,8 @@ absl::Status CreateSchema(Database* database, const MapHeader& header) {
   metadata.header = header;
   HYPERMAP_RETURN_IF_ERROR(InsertMetadata(database, kSchemaVersion, metadata));
   HYPERMAP_RETURN_IF_ERROR(SetContents(database, kLayersTable, Box(), header.created_at));
+  HYPERMAP_RETURN_IF_ERROR(WatchForForeignWrites(database, kContentsTable));
+  HYPERMAP_RETURN_IF_ERROR(RecordSchema(database));
   return transaction.Commit();
 }
 
@@ -183,14 +191,17 @@ absl::StatusOr<int64_t> ReadSchemaVersion(Database* database) {
   return **version;
 }
 
+absl::Status CheckIsNotNewer(int64_t version, int64_t newest) {
+  if (version <= newest) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("schema version ", version, " is newer than this program's ", newest));
+}
+
 absl::Status MigrateSchema(Database* database, int64_t newest,
                            absl::Span<const Migration> migrations) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));
   if (version == newest) return absl::OkStatus();
-  if (version > newest) {
-    return absl::FailedPreconditionError(
-        absl::StrCat("schema version ", version, " is newer than this program's ", newest));
-  }
+  HYPERMAP_RETURN_IF_ERROR(CheckIsNotNewer(version, newest));
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database));
   for (int64_t from = version; from < newest; ++from) {
     const Migration* step = FindStep(migrations, from);

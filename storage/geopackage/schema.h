@@ -18,7 +18,7 @@
 namespace hypermap::storage {
 
 // The version that this program writes.
-inline constexpr int64_t kSchemaVersion = 7;
+inline constexpr int64_t kSchemaVersion = 8;
 
 // Makes an empty database an empty map at revision 0, in one transaction.
 absl::Status CreateSchema(Database* database, const MapHeader& header);
@@ -26,6 +26,9 @@ absl::Status CreateSchema(Database* database, const MapHeader& header);
 // Reads the schema version of a map. FAILED_PRECONDITION when the database is not a GeoPackage or
 // not a map; DATA_LOSS when it is too damaged to tell.
 absl::StatusOr<int64_t> ReadSchemaVersion(Database* database);
+
+// FAILED_PRECONDITION if a version is newer than `newest`.
+absl::Status CheckIsNotNewer(int64_t version, int64_t newest);
 
 // Brings a map to the version `newest` by `migrations`, all in one transaction: when a step fails,
 // the file stays as it was. FAILED_PRECONDITION for a map that is newer, or older than the first

@@ -6,7 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/contents.h"
 #include "storage/geopackage/evidence_retention.h"
+#include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/fusion_tables.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/table_names.h"
@@ -22,11 +24,12 @@ INSERT INTO gpkg_extensions
       AND name NOT IN (SELECT table_name FROM gpkg_extensions WHERE table_name NOT NULL);
 )sql";
 
-// The tables of the semantic layers, in any schema version.
-absl::StatusOr<std::vector<std::string>> FeatureTables(Database* database) {
+// The tables of layers, in any schema version.
+absl::StatusOr<std::vector<std::string>> LayerTables(Database* database,
+                                                     const std::string& condition) {
   HYPERMAP_ASSIGN_OR_RETURN(
       Statement select,
-      database->Prepare("SELECT table_name FROM hypermap_layers WHERE kind = 'semantic'"));
+      database->Prepare(absl::StrCat("SELECT table_name FROM hypermap_layers ", condition)));
   std::vector<std::string> tables;
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
@@ -37,6 +40,10 @@ absl::StatusOr<std::vector<std::string>> FeatureTables(Database* database) {
           absl::StrCat("hypermap_layers: table_name ", tables.back(), " is not for layers"));
     }
   }
+}
+
+absl::StatusOr<std::vector<std::string>> FeatureTables(Database* database) {
+  return LayerTables(database, "WHERE kind = 'semantic'");
 }
 
 // Version 1 had no fused layers. It had no aliases either, but these need no columns.
@@ -175,8 +182,21 @@ absl::Status AddRetention(Database* database) {
   return database->Execute(absl::StrCat(kCreateRetentionTables, kRegisterNewTables));
 }
 
-constexpr Migration kMigrations[] = {{1, AddFusion},    {2, AddHistory},     {3, AllowEveryShape},
-                                     {4, AddTimeMarks}, {5, AddIncarnation}, {6, AddRetention}};
+// Up to version 7 pages had no checksums, so that nothing had to tell foreign writes from damage.
+// The checksums come with the file that is written anew (map_file.cc).
+absl::Status AddSignsOfForeignWrites(Database* database) {
+  HYPERMAP_RETURN_IF_ERROR(database->Execute(kAddForeignWrites));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> tables, LayerTables(database, ""));
+  tables.emplace_back(kContentsTable);
+  for (const std::string& table : tables) {
+    HYPERMAP_RETURN_IF_ERROR(WatchForForeignWrites(database, table));
+  }
+  return absl::OkStatus();
+}
+
+constexpr Migration kMigrations[] = {
+    {1, AddFusion},      {2, AddHistory},   {3, AllowEveryShape},        {4, AddTimeMarks},
+    {5, AddIncarnation}, {6, AddRetention}, {7, AddSignsOfForeignWrites}};
 
 }  // namespace
 

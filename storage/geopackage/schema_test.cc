@@ -173,7 +173,7 @@ SnapshotPtr WholeOf(PastMap& past, ObjectId next_object_id) {
 
 class GoldenMapTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3, 4, 5, 6, 7));
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenMapTest, ::testing::Values(1, 2, 3, 4, 5, 6, 7, 8));
 
 TEST_P(GoldenMapTest, IsRead) {
   const testing::TemporaryFolder folder;
@@ -260,7 +260,7 @@ TEST(GoldenMap, IncarnationIsRead) {
 // A change of the schema needs a new version, a migration to it and a golden file of its own.
 TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
   const testing::TemporaryFolder folder;
-  EXPECT_EQ(kSchemaVersion, 7);
+  EXPECT_EQ(kSchemaVersion, 8);
   MakeGolden(folder / "golden.gpkg", kSchemaVersion);
   {
     const auto store = OpenStore(folder.path());
@@ -274,7 +274,7 @@ TEST(GoldenMap, NewMapsHaveTheSchemaOfTheirVersion) {
 
 class OldMapTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2, 3, 4, 5, 6));
+INSTANTIATE_TEST_SUITE_P(Versions, OldMapTest, ::testing::Values(1, 2, 3, 4, 5, 6, 7));
 
 // The tables of the layers that only map_v4.sql and later ones have.
 bool IsOfLaterLayer(const std::string& name) {
@@ -366,7 +366,7 @@ TEST_P(MapWithoutHistoryTest, HistoryBeginsWithWhatItHas) {
 
 class GoldenHistoryTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, GoldenHistoryTest, ::testing::Values(3, 4, 5, 6, 7));
+INSTANTIATE_TEST_SUITE_P(Versions, GoldenHistoryTest, ::testing::Values(3, 4, 5, 6, 7, 8));
 
 TEST_P(GoldenHistoryTest, IsRead) {
   const testing::TemporaryFolder folder;
@@ -417,7 +417,7 @@ TEST(GoldenMap, SaysWhichGeometriesATableHolds) {
 
 class EvidenceTest : public ::testing::TestWithParam<int> {};
 
-INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3, 4, 5, 6, 7));
+INSTANTIATE_TEST_SUITE_P(Versions, EvidenceTest, ::testing::Values(2, 3, 4, 5, 6, 7, 8));
 
 TEST_P(EvidenceTest, IsRead) {
   const testing::TemporaryFolder folder;

@@ -66,6 +66,27 @@ absl::Status PublishFile(const std::string& temporary, const std::string& path) 
   return absl::Status(status.code(), absl::StrCat(status.message(), "; and ", path, " stays"));
 }
 
+absl::Status ReplaceFile(const std::string& temporary, const std::string& path) {
+  HYPERMAP_RETURN_IF_ERROR(Sync(temporary, 0));
+  if (rename(temporary.c_str(), path.c_str()) != 0) {
+    return FileError(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
+  }
+  return SyncFolder(FolderOf(path));
+}
+
+absl::Status LinkOrCopyFile(const std::string& from, const std::string& to) {
+  if (PathExists(to)) return absl::AlreadyExistsError(absl::StrCat(to, " exists"));
+  if (link(from.c_str(), to.c_str()) == 0) return SyncFolder(FolderOf(to));
+  std::error_code error;
+  std::filesystem::copy_file(from, to, error);
+  absl::Status status;
+  if (error) status = FileError(error.value(), absl::StrCat("cannot copy ", from, " to ", to));
+  if (status.ok()) status = Sync(to, 0);
+  if (status.ok()) status = SyncFolder(FolderOf(to));
+  if (!status.ok()) unlink(to.c_str());
+  return status;
+}
+
 absl::Status MoveFile(const std::string& from, const std::string& to) {
   if (rename(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
   const int error = errno;

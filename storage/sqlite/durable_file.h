@@ -30,6 +30,14 @@ absl::Status SyncFolder(const std::string& path);
 // connection's POSIX locks.
 absl::Status PublishFile(const std::string& temporary, const std::string& path);
 
+// As PublishFile, in place of the file that has the final name: at every moment, also after a power
+// loss, the name is that of one of the two.
+absl::Status ReplaceFile(const std::string& temporary, const std::string& path);
+
+// Gives a closed file a second name, or copies it where the file system has no second names. On
+// error nothing has the name. REQUIRES: nothing has the name; as PublishFile.
+absl::Status LinkOrCopyFile(const std::string& from, const std::string& to);
+
 // Renames a file or folder within a file system, in place of a file of that name; OK when there is
 // none. Not durable before SyncFolder of both folders.
 absl::Status MoveFile(const std::string& from, const std::string& to);

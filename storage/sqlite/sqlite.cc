@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "storage/sqlite/paced_writes.h"
+#include "storage/sqlite/page_checksums.h"
 
 namespace hypermap::storage {
 namespace {
@@ -206,10 +207,11 @@ absl::StatusOr<std::unique_ptr<Database>> Database::Open(const std::string& path
       SQLITE_OPEN_NOMUTEX | (read_only ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE) |
       (file_alone ? SQLITE_OPEN_URI : 0) | (mode == OpenMode::kCreate ? SQLITE_OPEN_CREATE : 0);
   const std::string name = file_alone ? ImmutableUri(path) : path;
-  const int code = sqlite3_open_v2(name.c_str(), &handle, flags, nullptr);
+  const int code = sqlite3_open_v2(name.c_str(), &handle, flags, ChecksumVfs());
   std::unique_ptr<Database> database(new Database(path, handle));
   if (code != SQLITE_OK) return database->ErrorStatus(code);
   sqlite3_extended_result_codes(handle, 1);
+  KeepChecksums(handle);
   sqlite3_busy_timeout(handle, static_cast<int>(absl::ToInt64Milliseconds(busy_timeout)));
   // A file may come from another program. Its triggers must be allowed to write to R*Trees, which
   // SQLite otherwise treats as unsafe, but not to their shadow tables.
@@ -268,6 +270,7 @@ void Database::ForgetStatements() {
 }
 
 absl::Status Database::ErrorStatus(int code) const {
+  if (code == SQLITE_IOERR_DATA) return absl::DataLossError(DescribeFailedPage(LastFailedPage()));
   // The connection's own message says more, but only when it is about this error.
   const bool is_last =
       handle_ != nullptr && (sqlite3_extended_errcode(handle_) & 0xff) == (code & 0xff);

@@ -4,8 +4,11 @@
 // and must not outlive it. Content is not trusted: a column of another type than asked for is an
 // error, never a silent conversion.
 //
+// Files that a Database creates, also by VACUUM INTO, keep checksums of their pages, which are
+// verified when a page is read (page_checksums.h).
+//
 // Result codes are mapped as follows: BUSY, LOCKED, IOERR -> UNAVAILABLE; FULL, TOOBIG, NOMEM ->
-// RESOURCE_EXHAUSTED; CORRUPT -> DATA_LOSS; NOTADB, CANTOPEN, READONLY, PERM ->
+// RESOURCE_EXHAUSTED; CORRUPT, IOERR_DATA -> DATA_LOSS; NOTADB, CANTOPEN, READONLY, PERM ->
 // FAILED_PRECONDITION, but RESOURCE_EXHAUSTED if the process may open no more files; the rest,
 // which are faults of the program, -> INTERNAL.
 #ifndef HYPERMAP_STORAGE_SQLITE_SQLITE_H_

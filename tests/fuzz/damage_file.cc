@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "storage/sqlite/page_checksums.h"
 #include "tests/fuzz/require.h"
 
 namespace hypermap::fuzz {
@@ -101,18 +102,28 @@ void ChangeValue(sqlite3* database, const std::string& table, const std::string&
   sqlite3_step(update.get());
 }
 
+// Gives each page the checksum of its content, so that the damage is found by other means.
+void SetChecksums(std::string* file) {
+  constexpr size_t kPageBytes = 4096;
+  for (size_t at = 0; at + kPageBytes <= file->size(); at += kPageBytes) {
+    storage::SetPageChecksum({reinterpret_cast<unsigned char*>(&(*file)[at]), kPageBytes});
+  }
+}
+
 }  // namespace
 
 std::string PatchBytes(std::string file, FuzzedDataProvider& choices) {
   for (int n = choices.ConsumeIntegralInRange(1, kMaxChanges); n > 0; --n) {
     file = Patched(std::move(file), choices);
   }
+  if (choices.ConsumeBool()) SetChecksums(&file);
   return file;
 }
 
 void ChangeRows(const std::string& path, FuzzedDataProvider& choices) {
   sqlite3* opened = nullptr;
-  const int code = sqlite3_open_v2(path.c_str(), &opened, SQLITE_OPEN_READWRITE, nullptr);
+  const int code =
+      sqlite3_open_v2(path.c_str(), &opened, SQLITE_OPEN_READWRITE, storage::ChecksumVfs());
   const Connection database(opened, &sqlite3_close);
   REQUIRE(code == SQLITE_OK);
   // Triggers would keep indexes right.
