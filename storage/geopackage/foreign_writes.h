@@ -8,8 +8,8 @@
 //   foreign_writes  set to 1 by triggers of the layers and of gpkg_contents, if `writing` is 0
 //   schema_cookie   SQLite's counter of changes of the schema, after the last change by this store
 //   write_ahead     2 while a store has the file open with a write-ahead log; 1 since it was
-//   closed,
-//                   with all of the log in the file; 0 in a copy, which has no write-ahead logging
+//                   closed, with all of the log in the file; 0 in a copy, which has no
+//                   write-ahead logging
 //
 // A file was written if one of the triggers says so, if the schema has changed, if write-ahead
 // logging was ended, or if the log has gone since a store died: another program has moved it into
