@@ -133,12 +133,16 @@ absl::Status WatchForForeignWrites(Database* database, const std::string& table)
 }
 
 absl::Status BeginOwnWrites(Database* database) {
-  return database->Run("UPDATE hypermap_metadata SET writing = 1 WHERE id = 1");
+  return database->Run("UPDATE hypermap_metadata SET writing = 1, write_ahead = ? WHERE id = 1",
+                       kLogIsOpen);
 }
 
 absl::Status RecordSchema(Database* database) { return database->Run(kRecordSchema); }
 
-absl::Status RecordOpening(Database* database) { return SetWriteAhead(database, kLogIsOpen); }
+absl::Status RecordOpening(Database* database) {
+  const absl::Status status = SetWriteAhead(database, kLogIsOpen);
+  return absl::IsResourceExhausted(status) ? absl::OkStatus() : status;
+}
 
 absl::Status RecordClosing(Database* database) { return SetWriteAhead(database, kLogIsClosed); }
 

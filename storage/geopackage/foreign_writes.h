@@ -36,14 +36,16 @@ extern const char kAddForeignWrites[];
 // Lets a table of the file tell foreign writes. `table` is plain (IsLayerTableName).
 absl::Status WatchForForeignWrites(Database* database, const std::string& table);
 
-// Begins to write to layers within a transaction of this store. AdvanceRevision ends it.
+// Begins to write to layers within a transaction of this store. AdvanceRevision ends it. Notes also
+// that the log is open, for a disk that was full when the map was opened.
 absl::Status BeginOwnWrites(Database* database);
 
 // Notes that the schema is as this store has made it. To be called in each transaction that changes
 // the schema, after the change.
 absl::Status RecordSchema(Database* database);
 
-// Notes that a store opens the file with write-ahead logging, or is about to close it.
+// Notes that a store opens the file with write-ahead logging, or is about to close it. Opening is
+// OK if the disk is full: the map can be read.
 absl::Status RecordOpening(Database* database);
 absl::Status RecordClosing(Database* database);
 

@@ -460,6 +460,28 @@ INSTANTIATE_TEST_SUITE_P(
                       NamedFault{"Lock", {FileCall::kLock, SQLITE_IOERR_LOCK}}),
     [](const auto& info) { return std::string(info.param.name); });
 
+TEST(FullDiskTest, MapIsOpenedAndRead) {
+  const testing::TemporaryFolder folder;
+  SnapshotPtr expected;
+  {
+    const auto store = OpenStore(folder.path());
+    EditedMap map = CreateMap(*store, "site");
+    map.Edit({{CreateLayer{SemanticSpec("s")}, PutObject{"s", UnitSquare("chair"), ""}}});
+    expected = map.snapshot;
+  }
+  FaultyFiles files(folder.path());
+  const auto store = OpenStore(folder.path());
+  files.Arm(IsOfSite, {FileCall::kWrite, SQLITE_FULL, 1, kUntilMended});
+  auto map = store->Open("site");
+  ASSERT_TRUE(map.ok()) << map.status();
+  EXPECT_GT(files.num_failed(), 0);
+  ExpectSame(**(*map)->Load(), *expected);
+  const Commit commit = MakeCommit(*expected, {{PutObject{"s", UnitSquare("table"), ""}}});
+  EXPECT_TRUE(absl::IsResourceExhausted((*map)->Write({commit})));
+  files.Disarm();
+  EXPECT_TRUE((*map)->Write({commit}).ok());
+}
+
 // While it lives, the process can open at most `more` files.
 class FewFiles {
  public:
