@@ -6,6 +6,7 @@
 #include <optional>
 #include <string>
 
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "map/grid/grid_geometry.h"
 #include "map/layers/layer_properties.h"
@@ -14,17 +15,32 @@
 
 namespace hypermap {
 
+// What a server does with a map at the moment.
+enum class MapState {
+  kServing,   // everything
+  kDamaged,   // some of the stored content can't be read; all else is answered and can be changed
+  kReadOnly,  // changes can't be stored; queries are answered
+  kClosed,    // nothing
+};
+
+inline constexpr MapState kMapStates[] = {MapState::kServing, MapState::kDamaged,
+                                          MapState::kReadOnly, MapState::kClosed};
+
+// Returns "serving", "damaged", "read_only" or "closed".
+absl::string_view MapStateName(MapState state);
+
 struct MapEntry {
   std::string name;
   std::string frame_id;
   Revision revision = 0;
   absl::Time create_time;
   int layer_count = 0;
-  // Reason why the server can't open the map; only the name is set besides. Empty if it is open.
+  // Reason why the state is not kServing. Of a closed map only the name is known besides.
   std::string problem;
   // Distinguishes the history of the map from all others: revisions can be compared within one
   // incarnation only.
   uint64_t incarnation = 0;
+  MapState state = MapState::kServing;
 
   friend bool operator==(const MapEntry&, const MapEntry&) = default;
 };
@@ -39,6 +55,8 @@ struct LayerEntry {
   Revision version = 0;
   // Describes the content, well enough to draw and print a layer of any kind.
   LayerProperties properties;
+  // Why the stored content can't be read. Empty if it can.
+  std::string problem = {};
 };
 
 struct RevisionRecord {

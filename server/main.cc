@@ -303,9 +303,10 @@ absl::Status Serve(ShutdownSignals& signals) {
   std::unique_ptr<MetricsListener> metrics;
   if (const std::string address = absl::GetFlag(FLAGS_metrics_listen); !address.empty()) {
     HYPERMAP_ASSIGN_OR_RETURN(
-        metrics,
-        MetricsListener::Start(address, std::make_unique<ServerMetrics>(
-                                            facilities, backups ? &backups->meters() : nullptr)));
+        metrics, MetricsListener::Start(address,
+                                        std::make_unique<ServerMetrics>(
+                                            facilities, backups ? &backups->meters() : nullptr),
+                                        [site = site.get()] { return NotesAboutMaps(*site); }));
     logging::Log(logging::Level::kInfo, "metrics are served", {{"address", metrics->address()}});
   }
   LogCapacity(capacity, resources.files);

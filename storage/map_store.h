@@ -126,7 +126,11 @@ class StoredMap {
   // looks for them. Cheap.
   virtual absl::Status CheckFile() { return absl::OkStatus(); }
 
-  // Reads all of the newest revision. DATA_LOSS naming the damaged table and row.
+  // What the opening found that can't be read although the map is open: DATA_LOSS naming it.
+  virtual absl::Status damage() const { return absl::OkStatus(); }
+
+  // Reads all of the newest revision. A layer of which something can't be read is in
+  // Snapshot::damaged. DATA_LOSS naming the damaged table and row if that concerns all of the map.
   virtual absl::StatusOr<SnapshotPtr> Load() = 0;
 
   // Writes the commits in order, durably and in one transaction. On error none of them is stored
@@ -134,6 +138,10 @@ class StoredMap {
   // retry makes sense; DATA_LOSS does not. An error of CheckFile may come after the commits were
   // written to files that are no longer the map's.
   virtual absl::Status Write(absl::Span<const Commit> commits) = 0;
+
+  // Writes durably without changing the map: OK if a small commit could be written now. Errors as
+  // Write.
+  virtual absl::Status TryWrite() = 0;
 
   // The receipt of an earlier request, also from before a restart; nullopt when there is none.
   virtual absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) = 0;
@@ -193,6 +201,10 @@ class MapStore {
   // is not a map, has a newer schema version or is open in another process; DATA_LOSS when it is
   // damaged.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) = 0;
+
+  // Tells states of the files of a map apart, without opening them: it differs after they were
+  // replaced or changed. Empty if there are none.
+  virtual std::string FileStamp(const std::string& name) = 0;
 
   // Removes the map, for good or into a trash of the store, and records the request, unless its id
   // is empty. A retry of the request changes nothing, also after a restart, and is OK unless there

@@ -19,12 +19,13 @@
 namespace hypermap::wire {
 namespace {
 
-constexpr std::array<std::pair<AnswerStatus, v1::AnswerStatus>, 5> kStatuses{{
+constexpr std::array<std::pair<AnswerStatus, v1::AnswerStatus>, 6> kStatuses{{
     {AnswerStatus::kValue, v1::ANSWER_STATUS_VALUE},
     {AnswerStatus::kUnknown, v1::ANSWER_STATUS_UNKNOWN},
     {AnswerStatus::kOutside, v1::ANSWER_STATUS_OUTSIDE},
     {AnswerStatus::kNoTransform, v1::ANSWER_STATUS_NO_TRANSFORM},
     {AnswerStatus::kUnsupportedValue, v1::ANSWER_STATUS_UNSUPPORTED_VALUE},
+    {AnswerStatus::kDamaged, v1::ANSWER_STATUS_DAMAGED},
 }};
 
 // Adds `size` numbers to a column and returns the first one. The caller must set them.

@@ -7,6 +7,39 @@
 #include "wire/time.h"
 
 namespace hypermap::wire {
+namespace {
+
+v1::MapState EncodeMapState(MapState state) {
+  switch (state) {
+    case MapState::kServing:
+      return v1::MAP_STATE_SERVING;
+    case MapState::kDamaged:
+      return v1::MAP_STATE_DAMAGED;
+    case MapState::kReadOnly:
+      return v1::MAP_STATE_READ_ONLY;
+    case MapState::kClosed:
+      return v1::MAP_STATE_CLOSED;
+  }
+  return v1::MAP_STATE_UNSPECIFIED;
+}
+
+MapState DecodeMapState(const v1::Map& message) {
+  switch (message.state()) {
+    case v1::MAP_STATE_SERVING:
+      return MapState::kServing;
+    case v1::MAP_STATE_DAMAGED:
+      return MapState::kDamaged;
+    case v1::MAP_STATE_READ_ONLY:
+      return MapState::kReadOnly;
+    case v1::MAP_STATE_CLOSED:
+      return MapState::kClosed;
+    default:
+      // Older servers tell a problem of closed maps only.
+      return message.problem().empty() ? MapState::kServing : MapState::kClosed;
+  }
+}
+
+}  // namespace
 
 void EncodeFinding(const Finding& finding, v1::Finding* message) {
   message->set_table(finding.table);
@@ -26,7 +59,9 @@ CheckReport DecodeCheckReport(const v1::CheckMapResponse& message) {
 
 void EncodeMapEntry(const MapEntry& entry, v1::Map* message) {
   message->set_name(entry.name);
-  if (!entry.problem.empty()) return message->set_problem(entry.problem);
+  message->set_state(EncodeMapState(entry.state));
+  message->set_problem(entry.problem);
+  if (entry.state == MapState::kClosed) return;
   message->set_frame_id(entry.frame_id);
   message->set_revision(entry.revision);
   EncodeTime(entry.create_time, message->mutable_create_time());
@@ -38,13 +73,17 @@ MapEntry DecodeMapEntry(const v1::Map& message) {
   return {message.name(),        message.frame_id(),
           message.revision(),    DecodeTime(message.create_time()),
           message.layer_count(), message.problem(),
-          message.incarnation()};
+          message.incarnation(), DecodeMapState(message)};
 }
 
 absl::StatusOr<LayerEntry> DecodeLayerEntry(absl::string_view field, const v1::Layer& message) {
   HYPERMAP_ASSIGN_OR_RETURN(LayerSpec spec, DecodeLayerSpec(field, message));
-  LayerEntry entry{std::move(spec), message.size(), std::nullopt, message.version(),
-                   DecodeLayerProperties(message.properties())};
+  LayerEntry entry{std::move(spec),
+                   message.size(),
+                   std::nullopt,
+                   message.version(),
+                   DecodeLayerProperties(message.properties()),
+                   message.problem()};
   if (message.has_extent()) entry.extent = DecodeCellBox(message.extent());
   return entry;
 }

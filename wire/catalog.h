@@ -15,7 +15,7 @@ namespace hypermap::wire {
 void EncodeFinding(const Finding& finding, v1::Finding* message);
 CheckReport DecodeCheckReport(const v1::CheckMapResponse& message);
 
-// An entry of a map that can't be opened has only its name and the problem.
+// Of a closed map only the name, the state and the problem are set.
 void EncodeMapEntry(const MapEntry& entry, v1::Map* message);
 MapEntry DecodeMapEntry(const v1::Map& message);
 

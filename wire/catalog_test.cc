@@ -17,14 +17,32 @@ TEST(MapEntryOnTheWire, ComesBack) {
   EXPECT_EQ(DecodeMapEntry(message), office);
 }
 
-TEST(MapEntryOnTheWire, OfAMapThatCannotBeOpenedHasOnlyTheProblem) {
+TEST(MapEntryOnTheWire, OfAClosedMapHasOnlyTheProblem) {
   MapEntry broken;
   broken.name = "office";
+  broken.state = MapState::kClosed;
   broken.problem = "DATA_LOSS: the file is damaged";
   v1::Map message;
   EncodeMapEntry(broken, &message);
   EXPECT_FALSE(message.has_create_time());
   EXPECT_EQ(DecodeMapEntry(message), broken);
+}
+
+TEST(MapEntryOnTheWire, StateComesBack) {
+  for (const MapState state : kMapStates) {
+    MapEntry entry;
+    entry.state = state;
+    v1::Map message;
+    EncodeMapEntry(entry, &message);
+    EXPECT_EQ(DecodeMapEntry(message).state, state);
+  }
+}
+
+TEST(MapEntryOnTheWire, OlderServersTellAProblemOfClosedMapsOnly) {
+  v1::Map message;
+  EXPECT_EQ(DecodeMapEntry(message).state, MapState::kServing);
+  message.set_problem("DATA_LOSS: the file is damaged");
+  EXPECT_EQ(DecodeMapEntry(message).state, MapState::kClosed);
 }
 
 TEST(LayerEntryOnTheWire, ComesBackFromALayer) {

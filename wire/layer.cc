@@ -156,6 +156,11 @@ LayerProperties DecodeLayerProperties(const v1::LayerProperties& message) {
   return properties;
 }
 
+void EncodeLayer(const DamagedLayer& layer, v1::Layer* message, Revision version) {
+  EncodeLayer(*layer.empty, message, version);
+  message->set_problem(layer.damage.ToString());
+}
+
 void EncodeLayer(const LayerStructure& layer, v1::Layer* message) {
   EncodeLayerSpec(layer.spec, message);
   message->set_version(layer.version);

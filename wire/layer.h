@@ -11,6 +11,7 @@
 #include "map/layers/layer.h"
 #include "map/layers/layer_properties.h"
 #include "map/layers/layer_spec.h"
+#include "map/snapshot.h"
 #include "map/structure.h"
 
 namespace hypermap::wire {
@@ -29,7 +30,9 @@ LayerProperties DecodeLayerProperties(const v1::LayerProperties& message);
 void EncodeLayerSpec(const LayerSpec& spec, v1::Layer* message);
 // Encodes the spec with the layer's size, extent, version and properties.
 void EncodeLayer(const Layer& layer, v1::Layer* message, Revision version = 0);
-// Does the same, without the size of a semantic layer, which its structure does not contain.
+// Encodes a layer whose content can't be read: as an empty one, with its problem.
+void EncodeLayer(const DamagedLayer& layer, v1::Layer* message, Revision version);
+// Encodes a layer without the size of a semantic layer, which its structure does not contain.
 void EncodeLayer(const LayerStructure& layer, v1::Layer* message);
 
 // INVALID_ARGUMENT for a kind that is missing or unknown.

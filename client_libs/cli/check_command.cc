@@ -17,6 +17,8 @@
 #include "client_libs/cpp/stored_evidence.h"
 #include "storage/fusion_log.h"
 #include "storage/geopackage/map_check.h"
+#include "storage/geopackage/map_fetch.h"
+#include "storage/geopackage/map_repair.h"
 #include "storage/sqlite/durable_file.h"
 #include "storage/sqlite/file_lock.h"
 
@@ -31,6 +33,7 @@ constexpr int kExitNotChecked = 2;
 struct CheckOptions {
   std::string what;
   bool repair = false;
+  std::string from;  // the file with which damage of pages is repaired; empty: none
 };
 
 // Names of maps have neither slashes nor, by custom, the extension.
@@ -74,11 +77,22 @@ absl::StatusOr<std::optional<storage::FileLock>> LockFile(const std::string& pat
   return std::make_optional(*std::move(locked));
 }
 
-absl::StatusOr<CheckedMap> CheckFile(const std::string& path, bool repair) {
+absl::StatusOr<CheckedMap> CheckFile(const std::string& path, const CheckOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<storage::FileLock> lock, LockFile(path));
   CheckedMap checked;
   checked.name = path;
-  if (!repair) {
+  if (!options.from.empty()) {
+    HYPERMAP_ASSIGN_OR_RETURN(storage::FetchReport fetched,
+                              storage::FetchDamaged(path, options.from, CheckEvidence));
+    checked.report = std::move(fetched.after);
+    for (const storage::FetchReport::Layer& layer : fetched.layers) {
+      checked.fetched[layer.name] = layer.rows;
+      checked.num_repaired += static_cast<int64_t>(layer.rows.size());
+    }
+    checked.copy = std::move(fetched.copy);
+    return checked;
+  }
+  if (!options.repair) {
     HYPERMAP_ASSIGN_OR_RETURN(checked.report, storage::CheckMapFile(path, CheckEvidence));
     return checked;
   }
@@ -98,7 +112,7 @@ absl::Status CheckFiles(const CheckOptions& options, Session& s) {
   std::vector<CheckedMap> checked;
   absl::Status status;
   for (const std::string& file : files) {
-    absl::StatusOr<CheckedMap> result = CheckFile(file, options.repair);
+    absl::StatusOr<CheckedMap> result = CheckFile(file, options);
     if (!result.ok()) {
       status.Update(absl::Status(result.status().code(),
                                  absl::StrCat(file, ": ", result.status().message())));
@@ -112,9 +126,9 @@ absl::Status CheckFiles(const CheckOptions& options, Session& s) {
 }
 
 absl::Status CheckOnServer(const CheckOptions& options, Session& s) {
-  if (options.repair) {
+  if (options.repair || !options.from.empty()) {
     return absl::InvalidArgumentError(
-        "--repair: only for a file that no server has open, such as ./site.gpkg");
+        "--repair and --from: only for a file that no server has open, such as ./site.gpkg");
   }
   CheckedMap checked;
   checked.name = options.what;
@@ -139,6 +153,15 @@ void AddCheckCommand(CLI::App& app, Command& selected) {
       ->type_name("MAP|FILE|FOLDER");
   check->add_flag("--repair", options->repair,
                   "Rebuild what follows from the rest of the file, after a copy of it");
+  check
+      ->add_option(
+          "--from", options->from,
+          "With --repair: another copy of the map, a backup or the file of a replica, from "
+          "which objects and tiles are fetched that can't be read. They are taken if the "
+          "history tells that nobody has changed them since")
+      ->needs("--repair")
+      ->check(CLI::ExistingFile)
+      ->type_name("FILE");
   check->callback([&selected, options] {
     selected = [options](Session& s) {
       s.failure_code = kExitNotChecked;

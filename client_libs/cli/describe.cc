@@ -74,6 +74,8 @@ std::string DescribeStatus(AnswerStatus status) {
       return "no transform to its frame";
     case AnswerStatus::kUnsupportedValue:
       return "does not support this value";
+    case AnswerStatus::kDamaged:
+      return "is damaged and can't be read";
   }
   return "";
 }

@@ -19,8 +19,11 @@ namespace hypermap::cli {
 namespace {
 
 Json MapJson(const client::MapEntry& map) {
-  if (!map.problem.empty()) return {{"name", map.name}, {"problem", map.problem}};
-  return {
+  const std::string state = Text(MapStateName(map.state));
+  if (map.state == MapState::kClosed) {
+    return {{"name", map.name}, {"state", state}, {"problem", map.problem}};
+  }
+  Json json = {
       {"name", map.name},
       {"frame_id", map.frame_id},
       {"revision", map.revision},
@@ -28,7 +31,10 @@ Json MapJson(const client::MapEntry& map) {
       {"layer_count", map.layer_count},
       // As text, as in protobuf's JSON: many readers of JSON round numbers above 2^53.
       {"incarnation", absl::StrCat(map.incarnation)},
+      {"state", state},
   };
+  if (!map.problem.empty()) json["problem"] = map.problem;
+  return json;
 }
 
 Json ContentJson(const client::LayerContent& content) {
@@ -164,6 +170,7 @@ Json CheckedJson(const CheckedMap& map) {
   if (!map.copy.empty()) {
     json["repaired"] = map.num_repaired;
     json["copy"] = map.copy;
+    if (!map.fetched.empty()) json["fetched"] = map.fetched;
   }
   return json;
 }

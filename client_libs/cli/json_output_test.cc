@@ -222,11 +222,12 @@ TEST(JsonOutputTest, CatalogAnswers) {
   client::MapEntry broken;
   broken.name = "broken";
   broken.problem = "not a GeoPackage";
+  broken.state = MapState::kClosed;
   EXPECT_EQ(AsJson(std::vector<client::MapEntry>{broken, office}),
-            R"({"maps":[{"name":"broken","problem":"not a GeoPackage"},)"
+            R"({"maps":[{"name":"broken","state":"closed","problem":"not a GeoPackage"},)"
             R"({"name":"office","frame_id":"map","revision":4,)"
             R"("create_time":"1970-01-01T00:00:00+00:00","layer_count":2,)"
-            R"("incarnation":"18446744073709551615"}]})"
+            R"("incarnation":"18446744073709551615","state":"serving"}]})"
             "\n");
   EXPECT_EQ(AsJson(std::vector<client::MapEntry>{}), "{\"maps\":[]}\n");
 

@@ -132,6 +132,7 @@ Json LayerJson(const client::LayerEntry& layer) {
                {"frame_id", spec.frame_id},
                {"size", layer.size},
                {"version", layer.version}};
+  if (!layer.problem.empty()) json["problem"] = layer.problem;
   if (spec.grid) json["grid"] = GridJson(*spec.grid);
   if (layer.extent) {
     json["extent"] = {{"rows", {layer.extent->row_begin, layer.extent->row_end}},

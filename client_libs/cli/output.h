@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
 #define HYPERMAP_CLIENT_LIBS_CLI_OUTPUT_H_
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -38,7 +39,9 @@ struct CheckedMap {
   std::string name;  // or path
   client::CheckReport report;
   int64_t num_repaired = 0;  // findings that a repair has removed
-  std::string copy;          // the path of the file as it was before a repair, or empty
+  // Rows that were fetched from another copy of the map, by layer.
+  std::map<std::string, std::vector<std::string>> fetched = {};
+  std::string copy;  // the path of the file as it was before a repair, or empty
 };
 
 // The comparison of a layer with the ground truth.

@@ -32,15 +32,17 @@ class TableOutput : public Output {
   void Show(const std::vector<client::MapEntry>& maps) override {
     if (maps.empty()) out_ << "no maps\n";
     if (maps.empty()) return;
-    TextTable table({"MAP", "FRAME", "REVISION", "LAYERS", "CREATED", "PROBLEM"});
+    TextTable table({"MAP", "FRAME", "REVISION", "LAYERS", "CREATED", "STATE", "PROBLEM"});
     for (const client::MapEntry& map : maps) {
-      if (!map.problem.empty()) {
-        table.AddRow({map.name, "", "", "", "", map.problem});
+      const std::string state(MapStateName(map.state));
+      if (map.state == MapState::kClosed) {
+        table.AddRow({map.name, "", "", "", "", state, map.problem});
         continue;
       }
       table.AddRow({map.name, map.frame_id, absl::StrCat(map.revision),
                     absl::StrCat(map.layer_count),
-                    absl::FormatTime("%Y-%m-%d %H:%M:%SZ", map.create_time, absl::UTCTimeZone())});
+                    absl::FormatTime("%Y-%m-%d %H:%M:%SZ", map.create_time, absl::UTCTimeZone()),
+                    state, map.problem});
     }
     table.Print(out_);
   }
@@ -51,7 +53,9 @@ class TableOutput : public Output {
     for (const client::LayerEntry& layer : layers.layers) {
       const LayerSpec& spec = layer.spec;
       table.AddRow({spec.name, DescribeKind(spec), spec.frame_id,
-                    Counted(layer.size, layer.properties.has_cells ? "cell" : "object"),
+                    layer.problem.empty()
+                        ? Counted(layer.size, layer.properties.has_cells ? "cell" : "object")
+                        : "damaged",
                     layer.properties.has_shapes ? DescribeShapeKinds(spec.shape_kinds) : "",
                     spec.grid ? FormatNumber(spec.grid->resolution_m, 4) : "",
                     spec.grid ? DescribePose(spec.grid->layer_from_grid) : "",
@@ -145,6 +149,10 @@ class TableOutput : public Output {
     }
     if (!table.empty()) table.Print(out_);
     for (const CheckedMap& map : maps) {
+      for (const auto& [layer, rows] : map.fetched) {
+        out_ << map.name << ": layer " << layer << ": fetched " << absl::StrJoin(rows, ", ")
+             << '\n';
+      }
       const auto num = static_cast<int64_t>(map.report.findings.size()) + map.report.more;
       out_ << map.name << ": " << (num == 0 ? "nothing is wrong" : Counted(num, "finding"));
       if (!map.copy.empty()) {

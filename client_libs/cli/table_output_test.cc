@@ -196,10 +196,15 @@ TEST(TableOutputTest, MapsThatCannotBeOpenedSayWhy) {
   client::MapEntry broken;
   broken.name = "broken";
   broken.problem = "not a GeoPackage\nat all";
-  EXPECT_EQ(AsTable(std::vector<client::MapEntry>{broken, office}),
-            "MAP     FRAME  REVISION  LAYERS  CREATED               PROBLEM\n"
-            "broken                                                 not a GeoPackage at all\n"
-            "office  map           4       2  1970-01-01 00:00:00Z\n");
+  broken.state = MapState::kClosed;
+  client::MapEntry full{"full", "map", 4, absl::FromUnixSeconds(0), 2, "disk is full"};
+  full.state = MapState::kReadOnly;
+  EXPECT_EQ(
+      AsTable(std::vector<client::MapEntry>{broken, full, office}),
+      "MAP     FRAME  REVISION  LAYERS  CREATED               STATE      PROBLEM\n"
+      "broken                                                 closed     not a GeoPackage at all\n"
+      "full    map           4       2  1970-01-01 00:00:00Z  read_only  disk is full\n"
+      "office  map           4       2  1970-01-01 00:00:00Z  serving\n");
   EXPECT_EQ(AsTable(std::vector<client::MapEntry>{}), "no maps\n");
 }
 

@@ -18,9 +18,9 @@ absl::Status CheckLayers(const Snapshot& before, const EditBatch& batch, int max
   absl::flat_hash_map<absl::string_view, bool> exists;  // After the edits so far, if they named it.
   const auto find = [&](absl::string_view layer) {
     const auto named = exists.find(layer);
-    return named == exists.end() ? before.FindLayer(layer) != nullptr : named->second;
+    return named == exists.end() ? before.HasLayer(layer) : named->second;
   };
-  size_t num_layers = before.layers.size();
+  size_t num_layers = before.layers.size() + before.damaged.size();
   size_t num_created = 0;
   for (size_t i = 0; i < batch.edits.size(); ++i) {
     if (const auto* deletion = std::get_if<DeleteLayer>(&batch.edits[i])) {

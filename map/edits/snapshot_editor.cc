@@ -56,7 +56,7 @@ ObjectPtr SnapshotEditor::FindObject(const SemanticLayer& layer, ObjectId id) co
 }
 
 absl::Status SnapshotEditor::CreateLayer(LayerSpec spec) {
-  if (next_->FindLayer(spec.name)) {
+  if (next_->HasLayer(spec.name)) {
     return absl::AlreadyExistsError(
         absl::StrCat("map \"", next_->map_name, "\" already has a layer \"", spec.name, "\""));
   }

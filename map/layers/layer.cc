@@ -14,6 +14,8 @@ absl::string_view AnswerStatusName(AnswerStatus status) {
       return "no_transform";
     case AnswerStatus::kUnsupportedValue:
       return "unsupported_value";
+    case AnswerStatus::kDamaged:
+      return "damaged";
   }
   return "unknown";
 }

@@ -29,9 +29,10 @@ enum class AnswerStatus {
   kOutside,           // Grid: the place is outside the layer's extent.
   kNoTransform,       // The layer's frame is not connected to the caller's.
   kUnsupportedValue,  // The layer does not support the value of the query.
+  kDamaged,           // The stored content of the layer can't be read.
 };
 
-// Returns "value", "unknown", "outside", "no_transform" or "unsupported_value".
+// Returns "value", "unknown", "outside", "no_transform", "unsupported_value" or "damaged".
 absl::string_view AnswerStatusName(AnswerStatus status);
 
 // c(p): the content of a layer at a point.

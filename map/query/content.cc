@@ -62,6 +62,9 @@ absl::StatusOr<std::string> VisitContentAt(const Snapshot& snapshot, const Scope
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
   LayerTransforms transforms(snapshot, caller);
   const auto ask = [&](const LayerPtr& layer) {
+    if (snapshot.IsDamaged(*layer)) {
+      return tell(layer, PlanarTransform(), {.status = AnswerStatus::kDamaged});
+    }
     const auto caller_from_layer = transforms.CallerFromLayer(*layer);
     if (caller_from_layer) {
       tell(layer, *caller_from_layer,
@@ -81,10 +84,11 @@ absl::StatusOr<std::string> VisitContentAt(const Snapshot& snapshot, const Scope
       HYPERMAP_RETURN_IF_ERROR(looks.Next());
       ask(layer);
     }
+    for (const auto& [name, layer] : snapshot.damaged) ask(layer.empty);
     return caller;
   }
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerPtr> layers,
-                            snapshot.SelectLayers(scope.layers));
+                            snapshot.SelectToAnswer(scope.layers));
   for (const LayerPtr& layer : layers) {
     HYPERMAP_RETURN_IF_ERROR(looks.Next());
     HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
@@ -102,7 +106,7 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
   PointsAsker asker;
   asker.tolerance_m_ = tolerance_m;
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot->ResolveFrame(scope.frame_id));
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectLayers(scope.layers));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectToAnswer(scope.layers));
   LayerTransforms transforms(*snapshot, caller);
   LooksAmongLayers looks;
   for (LayerPtr& layer : layers) {
@@ -111,7 +115,9 @@ absl::StatusOr<PointsAsker> PointsAsker::Make(SnapshotPtr snapshot, const Scope&
     AskedLayer asked;
     LayerPointsContent answer;
     const auto caller_from_layer = transforms.CallerFromLayer(*layer);
-    if (caller_from_layer) {
+    if (snapshot->IsDamaged(*layer)) {
+      answer.status = AnswerStatus::kDamaged;
+    } else if (caller_from_layer) {
       asked.layer_from_caller = caller_from_layer->Inverse();
       asked.is_same_frame = layer->spec().frame_id == caller;
     } else {

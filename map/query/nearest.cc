@@ -15,11 +15,15 @@ absl::StatusOr<NearestNeighbours> Nearest(const Snapshot& snapshot, const Scope&
   if (!IsFinite(p)) return absl::InvalidArgumentError("point is not finite");
   if (k < 1) return absl::InvalidArgumentError(absl::StrCat("k is ", k, ", must be at least 1"));
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot.ResolveFrame(scope.frame_id));
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot.SelectLayers(scope.layers));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot.SelectToAnswer(scope.layers));
 
   LayerTransforms transforms(snapshot, std::move(caller));
   NearestNeighbours answer;
   for (const LayerPtr& layer : layers) {
+    if (snapshot.IsDamaged(*layer)) {
+      answer.refusals.push_back({layer->spec().name, AnswerStatus::kDamaged});
+      continue;
+    }
     HYPERMAP_RETURN_IF_ERROR(transforms.Prepare(*layer));
     const auto transform = transforms.CallerFromLayer(*layer);
     if (!transform) {

@@ -48,6 +48,7 @@ class ScopeReader : public PartReader {
 
  private:
   AnswerStatus OpenCursor(const Layer& layer) {
+    if (snapshot_->IsDamaged(layer)) return AnswerStatus::kDamaged;
     const auto transform = transforms_.CallerFromLayer(layer);
     if (!transform) return AnswerStatus::kNoTransform;
     caller_from_layer_ = *transform;
@@ -77,7 +78,7 @@ class ScopeReader : public PartReader {
 absl::StatusOr<std::unique_ptr<PartReader>> Read(SnapshotPtr snapshot, const Scope& scope,
                                                  Asked asked) {
   HYPERMAP_ASSIGN_OR_RETURN(std::string caller, snapshot->ResolveFrame(scope.frame_id));
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectLayers(scope.layers));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<LayerPtr> layers, snapshot->SelectToAnswer(scope.layers));
   return std::make_unique<ScopeReader>(std::move(snapshot), std::move(caller), std::move(layers),
                                        std::move(asked));
 }

@@ -55,6 +55,7 @@ absl::StatusOr<MapExplorations::Kept> MapExplorations::ReadGoal(const std::strin
                                                                 ObjectId goal_id,
                                                                 ExplorationGoal* goal) const {
   const SnapshotPtr snapshot = session_->snapshot();
+  HYPERMAP_RETURN_IF_ERROR(snapshot->CheckUndamaged({kExplorationsLayer}));
   const auto* layer = snapshot->FindSemantic(kExplorationsLayer);
   const ObjectPtr object = layer == nullptr ? nullptr : layer->Find(goal_id);
   if (!object || object->label != kGoalLabel) return NotHeld(robot, goal_id);

@@ -34,9 +34,10 @@ absl::Status CheckStart(const ExplorationStart& request) {
 }
 
 // Adds an edit that creates the layer if there is none of its name. FAILED_PRECONDITION if there is
-// one of another kind.
+// one of another kind; DATA_LOSS if it is damaged.
 absl::Status EnsureLayer(const Snapshot& snapshot, const LayerSpec& spec,
                          std::vector<Edit>* edits) {
+  HYPERMAP_RETURN_IF_ERROR(snapshot.CheckUndamaged({spec.name}));
   const Layer* layer = snapshot.FindLayer(spec.name);
   if (layer != nullptr) return CheckKind(layer->spec(), spec.kind);
   edits->push_back(CreateLayer{spec});

@@ -20,8 +20,9 @@ namespace {
 constexpr size_t kMaxEnded = 256;
 
 // The layer "explorations"; null if there is none yet. FAILED_PRECONDITION if it is of another
-// kind.
+// kind; DATA_LOSS if it is damaged.
 absl::StatusOr<std::shared_ptr<const SemanticLayer>> FindLayer(const Snapshot& snapshot) {
+  HYPERMAP_RETURN_IF_ERROR(snapshot.CheckUndamaged({kExplorationsLayer}));
   const auto it = snapshot.layers.find(kExplorationsLayer);
   if (it == snapshot.layers.end()) return nullptr;
   HYPERMAP_RETURN_IF_ERROR(CheckKind(it->second->spec(), LayerKind::kSemantic));

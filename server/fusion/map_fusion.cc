@@ -92,6 +92,8 @@ absl::StatusOr<FusedLayer*> MapFusion::Find(const Snapshot& snapshot, const std:
   if (settings == settings_.end()) {
     return absl::FailedPreconditionError(absl::StrCat("layer \"", layer, "\" is not a fused one"));
   }
+  // Without it, observations would mark nothing as explored.
+  HYPERMAP_RETURN_IF_ERROR(snapshot.CheckUndamaged({settings->second.exploration_layer}));
   absl::StatusOr<std::unique_ptr<FusedLayer>> fused =
       FusedLayer::Open(layer, settings->second, stored_, options_, snapshot);
   if (!fused.ok()) {

@@ -50,14 +50,14 @@ int PortOf(const mg_context* http) {
 
 }  // namespace
 
-MetricsListener::MetricsListener(std::unique_ptr<prometheus::Collectable> metrics)
-    : metrics_(std::move(metrics)) {
+MetricsListener::MetricsListener(std::unique_ptr<prometheus::Collectable> metrics, Notes notes)
+    : metrics_(std::move(metrics)), notes_(std::move(notes)) {
   mg_init_library(0);
 }
 
 absl::StatusOr<std::unique_ptr<MetricsListener>> MetricsListener::Start(
-    const std::string& address, std::unique_ptr<prometheus::Collectable> metrics) {
-  std::unique_ptr<MetricsListener> made(new MetricsListener(std::move(metrics)));
+    const std::string& address, std::unique_ptr<prometheus::Collectable> metrics, Notes notes) {
+  std::unique_ptr<MetricsListener> made(new MetricsListener(std::move(metrics), std::move(notes)));
   mg_callbacks callbacks = {};
   callbacks.log_message = LogOfCivetweb;
   const char* options[] = {"listening_ports",    address.c_str(),    "num_threads", kThreads,
@@ -94,9 +94,9 @@ int MetricsListener::AnswerLive(mg_connection* connection, void* /*self*/) {
 }
 
 int MetricsListener::AnswerReady(mg_connection* connection, void* self) {
-  const bool is_stopping = static_cast<const MetricsListener*>(self)->is_stopping_;
-  return Answer(connection, is_stopping ? 503 : 200, kPlainType,
-                is_stopping ? "stopping\n" : "ready\n");
+  const auto& listener = *static_cast<const MetricsListener*>(self);
+  if (listener.is_stopping_) return Answer(connection, 503, kPlainType, "stopping\n");
+  return Answer(connection, 200, kPlainType, absl::StrCat("ready\n", listener.notes_()));
 }
 
 }  // namespace hypermap::server

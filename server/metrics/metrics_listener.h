@@ -5,6 +5,7 @@
 #include <prometheus/collectable.h>
 
 #include <atomic>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -19,14 +20,18 @@ namespace hypermap::server {
 //
 //   /metrics  the metrics, as Prometheus reads them
 //   /livez    200: the process answers
-//   /readyz   200, or 503 from SetStopping on: calls are accepted
+//   /readyz   200, or 503 from SetStopping on: calls are accepted; then a line for each map that is
+//             not served as it should be
 //
 // SetStopping may be called by any thread.
 class MetricsListener {
  public:
+  // Lines about what is not well although the server is ready. Called by several threads.
+  using Notes = std::function<std::string()>;
+
   // `address` is HOST:PORT; port 0 takes a free port. UNAVAILABLE if it can't listen there.
   static absl::StatusOr<std::unique_ptr<MetricsListener>> Start(
-      const std::string& address, std::unique_ptr<prometheus::Collectable> metrics);
+      const std::string& address, std::unique_ptr<prometheus::Collectable> metrics, Notes notes);
   ~MetricsListener();
   MetricsListener(const MetricsListener&) = delete;
   MetricsListener& operator=(const MetricsListener&) = delete;
@@ -37,7 +42,7 @@ class MetricsListener {
   void SetStopping() { is_stopping_ = true; }
 
  private:
-  explicit MetricsListener(std::unique_ptr<prometheus::Collectable> metrics);
+  MetricsListener(std::unique_ptr<prometheus::Collectable> metrics, Notes notes);
 
   // Handlers of civetweb, whose `self` is a MetricsListener. They return the HTTP status.
   static int AnswerMetrics(mg_connection* connection, void* self);
@@ -46,6 +51,7 @@ class MetricsListener {
 
   std::string address_;
   const std::unique_ptr<prometheus::Collectable> metrics_;
+  const Notes notes_;
   std::atomic<bool> is_stopping_ = false;
   mg_context* http_ = nullptr;
 };

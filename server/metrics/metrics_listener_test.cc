@@ -29,7 +29,8 @@ class OneGauge final : public prometheus::Collectable {
 class MetricsListenerTest : public ::testing::Test {
  protected:
   MetricsListenerTest() {
-    auto started = MetricsListener::Start("127.0.0.1:0", std::make_unique<OneGauge>());
+    auto started = MetricsListener::Start("127.0.0.1:0", std::make_unique<OneGauge>(),
+                                          [this] { return notes_; });
     EXPECT_TRUE(started.ok()) << started.status();
     listener_ = *std::move(started);
   }
@@ -57,6 +58,7 @@ class MetricsListenerTest : public ::testing::Test {
   }
   std::pair<int, std::string> Get(const std::string& path) { return Request("GET", path); }
 
+  std::string notes_;
   std::unique_ptr<MetricsListener> listener_;
 };
 
@@ -72,6 +74,11 @@ TEST_F(MetricsListenerTest, IsAliveUntilItsEndAndReadyUntilItStops) {
   EXPECT_THAT(Get("/readyz"), Pair(503, "stopping\n"));
 }
 
+TEST_F(MetricsListenerTest, ReadinessNamesWhatIsNotWell) {
+  notes_ = "map site: read_only: disk full\n";
+  EXPECT_THAT(Get("/readyz"), Pair(200, "ready\nmap site: read_only: disk full\n"));
+}
+
 TEST_F(MetricsListenerTest, NothingElseIsServed) {
   EXPECT_EQ(Get("/").first, 404);
   EXPECT_EQ(Get("/etc/passwd").first, 404);
@@ -81,9 +88,9 @@ TEST_F(MetricsListenerTest, NothingElseIsServed) {
 TEST_F(MetricsListenerTest, UnusableAddressesAreRefused) {
   for (const std::string& address :
        {listener_->address(), std::string("127.0.0.1:x"), std::string("127.0.0.1:0,127.0.0.1:0")}) {
-    EXPECT_TRUE(
-        absl::IsUnavailable(MetricsListener::Start(address, std::make_unique<OneGauge>()).status()))
-        << address;
+    const absl::Status status =
+        MetricsListener::Start(address, std::make_unique<OneGauge>(), [] { return ""; }).status();
+    EXPECT_TRUE(absl::IsUnavailable(status)) << address;
   }
 }
 

@@ -64,6 +64,8 @@ void AddRpcs(const RpcMeters& meters, std::vector<MetricFamily>& out) {
 void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
   Family works("hypermap_map_up", "1 if the map is served, 0 if it can't be opened.",
                MetricType::Gauge);
+  Family states("hypermap_map_state", "1 for the state in which the map is, 0 for the others.",
+                MetricType::Gauge);
   Family revision("hypermap_map_revision", "Newest revision of the map.", MetricType::Gauge);
   Family content("hypermap_map_content_bytes", "Memory of the map's content.", MetricType::Gauge);
   Family layers("hypermap_map_layers", "Layers of the map.", MetricType::Gauge);
@@ -88,7 +90,12 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
                       MetricType::Counter);
   for (const Site::Entry& entry : site.List()) {
     const Labels labels = {{"map", entry.name}};
-    works.Add(labels, entry.session && entry.problem.ok() ? 1 : 0);
+    const MapState state = entry.condition().state;
+    works.Add(labels, state == MapState::kClosed ? 0 : 1);
+    for (const MapState other : kMapStates) {
+      states.Add({{"map", entry.name}, {"state", std::string(MapStateName(other))}},
+                 other == state ? 1 : 0);
+    }
     if (!entry.session) continue;
     const MapSession& session = *entry.session;
     const SnapshotPtr snapshot = session.snapshot();
@@ -113,8 +120,9 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
                        static_cast<double>(reading.observations[i]));
     }
   }
-  for (Family* family : {&works, &revision, &content, &layers, &feed, &waiting, &waiting_bytes,
-                         &commits, &changes, &failures, &groups, &lags, &observations}) {
+  for (Family* family :
+       {&works, &states, &revision, &content, &layers, &feed, &waiting, &waiting_bytes, &commits,
+        &changes, &failures, &groups, &lags, &observations}) {
     out.push_back(std::move(*family));
   }
 }
@@ -185,6 +193,17 @@ std::vector<MetricFamily> ServerMetrics::Collect() const {
   if (backups_ != nullptr) AddBackups(*backups_, out);
   AddProcess(out);
   return out;
+}
+
+std::string NotesAboutMaps(const Site& site) {
+  std::string notes;
+  for (const Site::Entry& entry : site.List()) {
+    const MapSession::Condition condition = entry.condition();
+    if (condition.state == MapState::kServing) continue;
+    absl::StrAppend(&notes, "map ", entry.name, ": ", MapStateName(condition.state), ": ",
+                    condition.problem.ToString(), "\n");
+  }
+  return notes;
 }
 
 }  // namespace hypermap::server

@@ -5,6 +5,7 @@
 #include <prometheus/collectable.h>
 #include <prometheus/metric_family.h>
 
+#include <string>
 #include <vector>
 
 #include "server/rpc/facilities.h"
@@ -27,6 +28,9 @@ class ServerMetrics final : public prometheus::Collectable {
   const Facilities facilities_;
   const BackupMeters* const backups_;
 };
+
+// A line for each map whose state is not kServing, with the state and its reason.
+std::string NotesAboutMaps(const Site& site);
 
 }  // namespace hypermap::server
 

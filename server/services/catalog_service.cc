@@ -30,6 +30,7 @@ void EncodeEntry(const Site::Entry& entry, v1::Map* message) {
   MapEntry broken;
   broken.name = entry.name;
   broken.problem = entry.problem.ToString();
+  broken.state = MapState::kClosed;
   wire::EncodeMapEntry(broken, message);
 }
 
@@ -184,8 +185,13 @@ grpc::ServerUnaryReactor* CatalogService::GetLayer(grpc::CallbackServerContext* 
       [](auto& call, const Snapshot& snapshot,
          v1::GetLayerResponse* answer) -> absl::StatusOr<int64_t> {
         const std::string& name = call.request().layer();
+        const Revision version = snapshot.LayerVersionOf(name);
+        if (const auto damaged = snapshot.damaged.find(name); damaged != snapshot.damaged.end()) {
+          wire::EncodeLayer(damaged->second, answer->mutable_layer(), version);
+          return 1;
+        }
         HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(name));
-        wire::EncodeLayer(*layer, answer->mutable_layer(), snapshot.LayerVersionOf(name));
+        wire::EncodeLayer(*layer, answer->mutable_layer(), version);
         HYPERMAP_RETURN_IF_ERROR(ReservePart(call, answer->layer()));
         return 1;
       });
@@ -202,6 +208,9 @@ grpc::ServerUnaryReactor* CatalogService::ListLayers(grpc::CallbackServerContext
           v1::Layer* const encoded = answer->add_layers();
           wire::EncodeLayer(*layer, encoded, snapshot.LayerVersionOf(name));
           HYPERMAP_RETURN_IF_ERROR(ReservePart(call, *encoded));
+        }
+        for (const auto& [name, layer] : snapshot.damaged) {
+          wire::EncodeLayer(layer, answer->add_layers(), snapshot.LayerVersionOf(name));
         }
         return answer->layers_size();
       });

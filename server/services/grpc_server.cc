@@ -27,6 +27,7 @@ constexpr absl::Duration kWatchGrace = absl::Seconds(1);
 constexpr absl::Duration kHealthPeriod = absl::Seconds(1);
 constexpr absl::Duration kAccessPeriod = absl::Seconds(1);
 // Also the time for which a full disk may be full while deleted maps could give way.
+constexpr absl::Duration kReopenPeriod = absl::Seconds(1);
 constexpr absl::Duration kTrashPeriod = absl::Seconds(10);
 // While the server stops: how often it looks whether calls are under way, and the time that clients
 // have after the last call to close their connections. gRPC would wait for those that stay open.
@@ -61,6 +62,7 @@ class StandardTicket final : public reflection::Ticket {
   absl::Status admitted() const override { return context_.admitted(); }
   absl::Status CheckName(absl::string_view name) const override {
     if (!absl::ConsumePrefix(&name, GrpcServer::kMapPrefix)) return absl::OkStatus();
+    absl::ConsumeSuffix(&name, GrpcServer::kEditsSuffix);
     HYPERMAP_ASSIGN_OR_RETURN(const Caller caller, access_->Identify(*grpc_context_));
     return caller.CheckMap(name);
   }
@@ -157,6 +159,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   made->TellHealth();
   if (!facilities.access->is_open()) made->FollowAccess();
   made->RemoveOldTrash();
+  made->ReopenMaps();
   return made;
 }
 
@@ -172,9 +175,13 @@ void GrpcServer::TellHealth() {
 void GrpcServer::TellHealthOfMaps() {
   std::set<std::string> names;
   for (const Site::Entry& map : site_->List()) {
+    const MapState state = map.condition().state;
     const std::string name = absl::StrCat(kMapPrefix, map.name);
-    health_.SetServingStatus(name, map.problem.ok());
-    names.insert(name);
+    const std::string edits = absl::StrCat(name, kEditsSuffix);
+    const bool is_answered = state != MapState::kClosed;
+    health_.SetServingStatus(name, is_answered);
+    health_.SetServingStatus(edits, is_answered && state != MapState::kReadOnly);
+    names.insert({name, edits});
   }
   for (const std::string& name : maps_with_health_) {
     if (!names.contains(name)) health_.Forget(name);
@@ -187,6 +194,12 @@ void GrpcServer::FollowAccess() {
   // Also if the identities are the same, because tokens expire.
   watch_.EndUnwanted();
   timer_.RunAfter(kAccessPeriod, [this] { FollowAccess(); });
+}
+
+void GrpcServer::ReopenMaps() {
+  // The task may run when this server is gone, but not when the site is.
+  workers_->openings.Run([site = site_] { site->ReopenMaps(); });
+  timer_.RunAfter(kReopenPeriod, [this] { ReopenMaps(); });
 }
 
 void GrpcServer::RemoveOldTrash() {

@@ -47,12 +47,14 @@ struct GrpcServerOptions {
 // kAdmissionService, which is NOT_SERVING while the server refuses calls for want of room, and for
 // kOverloadPeriod afterwards, and kClockService, which is while a jump of the wall clock is not
 // followed; the others go on SERVING then. A map is known by kMapPrefix and its name to callers
-// that have access to it, and is NOT_SERVING if it can't be opened or has failed since.
+// that have access to it, and is NOT_SERVING if it can't be opened or has failed since. With
+// kEditsSuffix it is also NOT_SERVING while its changes can't be stored.
 class GrpcServer {
  public:
   static constexpr char kAdmissionService[] = "hypermap.admission";
   static constexpr char kClockService[] = "hypermap.clock";
   static constexpr char kMapPrefix[] = "map/";
+  static constexpr char kEditsSuffix[] = "/edits";
   static constexpr absl::Duration kOverloadPeriod = absl::Seconds(10);
 
   // All pointers in `facilities` must outlive the server. INVALID_ARGUMENT for a malformed address
@@ -81,6 +83,8 @@ class GrpcServer {
   // Reads the identities again when they change, and ends the watches of those who have lost
   // access, now and every second from now on.
   void FollowAccess();
+  // Opens maps that could not be opened before, now and every second, on a worker.
+  void ReopenMaps();
   // Removes old deleted maps for good, now and every ten seconds, on a worker.
   void RemoveOldTrash();
   // Shuts down the connections soon after the last call has ended. REQUIRES: the listener stopped.

@@ -293,10 +293,11 @@ absl::Status GroupCommit::WriteCommits() {
   if (commits_.empty()) return absl::OkStatus();
   // After a write that was given up, fused layers would have to be loaded again, which may take
   // longer than the write.
-  if (fusion_->has_loaded_layers()) return stored_->Write(commits_);
-  Cancellation cancellation([this] { return CheckWanted(); });
-  const ScopedCancellation here(&cancellation);
-  return stored_->Write(commits_);
+  std::optional<Cancellation> cancellation;
+  if (!fusion_->has_loaded_layers()) cancellation.emplace([this] { return CheckWanted(); });
+  const ScopedCancellation here(cancellation ? &*cancellation : Cancellation::Current());
+  written_ = stored_->Write(commits_);
+  return *written_;
 }
 
 absl::Status GroupCommit::CheckWanted() const {

@@ -106,6 +106,9 @@ class GroupCommit {
   // meanwhile, unless fused layers are loaded.
   absl::Status Write();
 
+  // After Write: what the store answered; nullopt if it was not asked to write.
+  const std::optional<absl::Status>& stored() const { return written_; }
+
   // After Write: the newest stored snapshot.
   const SnapshotPtr& snapshot() const { return tip_; }
 
@@ -201,6 +204,7 @@ class GroupCommit {
   int64_t bytes_ = 0;  // of the changes of commits_
   std::vector<std::variant<PendingReceipt, PendingVerdicts>> pending_;  // in order of submission
   std::optional<Run> run_;
+  std::optional<absl::Status> written_;
   // Receipts of commits_, which the store does not have yet.
   absl::flat_hash_map<std::string, storage::Receipt> by_request_id_;
 };

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/admission/refusals.h"
 #include "base/cancellation/cancellation.h"
@@ -36,6 +37,8 @@ constexpr int kGroupsPerCompactionStep = 8;
 // Longest time that the writer folds late observations in advance before it looks for other work.
 // While other work waits, it takes as long as the commits before.
 constexpr absl::Duration kMaxLateWork = absl::Milliseconds(50);
+// Bytes of the description of damage from which on no more is added.
+constexpr size_t kMaxDamageText = 2000;
 // A thread that waits for the writer looks this often whether its own caller has gone.
 constexpr absl::Duration kLookPeriod = absl::Milliseconds(20);
 
@@ -110,6 +113,8 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
                             MapFusion::Open(&session->stored_->fusion_log(),
                                             &session->options_.fusion, session->options_.limits));
   session->fusion_ = std::move(fusion);
+  session->NoteDamage(session->stored_->damage());
+  for (const auto& [name, layer] : snapshot->damaged) session->NoteDamage(layer.damage);
   HYPERMAP_ASSIGN_OR_RETURN(session->writer_, StartThread("hm-writer", [writer = session.get()] {
                               writer->RunWriter();
                             }));
@@ -124,6 +129,7 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, const Snapsho
       stored_(std::move(stored)),
       time_(options_.clock, std::move(marks), newest_commit),
       expiry_(*snapshot, &time_),
+      write_health_(header_.name),
       history_(stored_.get()),
       compaction_(header_.name, stored_.get(), &history_, &time_, options_.limits),
       content_(options_.content, ContentBytes(*snapshot)),
@@ -144,6 +150,15 @@ absl::Status MapSession::CheckIncarnation(uint64_t expected) const {
 absl::Status MapSession::problem() const {
   MutexLock lock(&queue_mutex_);
   return problem_;
+}
+
+MapSession::Condition MapSession::condition() const {
+  const absl::Status unwritten = write_health_.problem();
+  const MutexLock lock(&queue_mutex_);
+  if (!problem_.ok()) return {MapState::kClosed, problem_};
+  if (!unwritten.ok()) return {MapState::kReadOnly, unwritten};
+  if (!damage_.ok()) return {MapState::kDamaged, damage_};
+  return {};
 }
 
 SnapshotPtr MapSession::snapshot() const {
@@ -273,7 +288,9 @@ absl::Status MapSession::BackupTo(const std::string& path,
     return absl::OkStatus();
   });
   HYPERMAP_RETURN_IF_ERROR(opened);
-  return backup->WriteTo(path);
+  absl::Status written = backup->WriteTo(path);
+  if (absl::IsDataLoss(written)) NoteDamage(written);
+  return written;
 }
 
 absl::StatusOr<CheckReport> MapSession::Check() {
@@ -283,7 +300,15 @@ absl::StatusOr<CheckReport> MapSession::Check() {
     return absl::OkStatus();
   });
   HYPERMAP_RETURN_IF_ERROR(opened);
-  return check->Run(CheckBy(options_.fusion.codec));
+  absl::StatusOr<CheckReport> report = check->Run(CheckBy(options_.fusion.codec));
+  if (report.ok() && !report->is_clean()) {
+    const Finding& first = report->findings.front();
+    const auto num = static_cast<int64_t>(report->findings.size()) + report->more;
+    NoteDamage(absl::DataLossError(absl::StrCat(
+        "a check has found ", num, num == 1 ? " problem" : " problems", ", the first in ",
+        first.table.empty() ? "the file" : first.table, ": ", first.problem)));
+  }
+  return report;
 }
 
 absl::StatusOr<std::optional<storage::Receipt>> MapSession::FindReceipt(
@@ -505,6 +530,7 @@ void MapSession::Finish(GroupCommit& group) {
     meters_.AddFailedGroup();
     CheckFiles();
   }
+  if (group.stored()) NoteWrite(*group.stored());
   {
     MutexLock lock(&snapshot_mutex_);
     snapshot_ = group.snapshot();
@@ -540,7 +566,8 @@ absl::Duration MapSession::UntilExpiry() const {
 
 absl::Duration MapSession::UntilMaintenance() const {
   if (is_broken_) return absl::InfiniteDuration();
-  return std::min(UntilExpiry(), compaction_.next() - time_.Passed());
+  const absl::Duration next = std::min(compaction_.next(), write_health_.next_trial());
+  return std::min(UntilExpiry(), next - time_.Passed());
 }
 
 void MapSession::CheckFiles() {
@@ -558,6 +585,24 @@ void MapSession::CheckFiles() {
   feed_.Close();
 }
 
+void MapSession::NoteWrite(const absl::Status& written) {
+  if (!absl::IsDataLoss(written)) return write_health_.Note(written, time_.Passed());
+  // Other changes may not need what is damaged. If the files were replaced, the map is closed.
+  if (!is_broken_) NoteDamage(written);
+}
+
+void MapSession::NoteDamage(const absl::Status& damage) {
+  if (damage.ok()) return;
+  const MutexLock lock(&queue_mutex_);
+  if (absl::StrContains(damage_.message(), damage.message())) return;
+  logging::Log(logging::Level::kError, "map is damaged",
+               {{"map", header_.name}, {"problem", damage.ToString()}});
+  // Each page that is found later would make it longer.
+  if (damage_.message().size() >= kMaxDamageText) return;
+  damage_ = absl::DataLossError(
+      absl::StrCat(damage_.message(), damage_.ok() ? "" : "; ", damage.message()));
+}
+
 void MapSession::MaintainMap() {
   bool idle = false;
   {
@@ -568,6 +613,7 @@ void MapSession::MaintainMap() {
   if (is_broken_) return;
   time_.ReadClocks();
   KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/false));
+  if (write_health_.next_trial() <= time_.Passed()) NoteWrite(stored_->TryWrite());
   if (UntilExpiry() <= absl::ZeroDuration()) RemoveExpired();
   const Revision newest = snapshot()->revision;
   if (!compaction_.IsDue(newest)) return;

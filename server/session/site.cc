@@ -9,6 +9,7 @@
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
+#include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
 #include "map/layers/layer_spec.h"
@@ -79,6 +80,7 @@ void Site::OpenMap(const std::string& name) {
   // The map is for all callers, also if the one who had it opened has gone.
   const ScopedCancellation to_the_end(nullptr);
   Entry entry{name, nullptr, absl::OkStatus()};
+  const std::string stamp = store_->FileStamp(name);
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> stored = store_->Open(name);
   if (stored.ok()) {
     absl::StatusOr<std::unique_ptr<MapSession>> session =
@@ -89,11 +91,53 @@ void Site::OpenMap(const std::string& name) {
     entry.problem = stored.status();
   }
   MutexLock lock(&mutex_);
+  PlanRetry(entry, stamp);
   if (absl::IsNotFound(entry.problem)) {
     // A map whose creation was not completed has been removed.
     maps_.erase(name);
   } else {
     maps_.insert_or_assign(name, std::move(entry));
+  }
+}
+
+void Site::PlanRetry(const Entry& entry, const std::string& stamp) {
+  if (entry.problem.ok() || absl::IsNotFound(entry.problem)) {
+    if (retries_.erase(entry.name) == 0 || !entry.problem.ok()) return;
+    return logging::Log(logging::Level::kInfo, "map is open again", {{"map", entry.name}});
+  }
+  const auto [it, is_first] = retries_.try_emplace(entry.name);
+  Retry& retry = it->second;
+  if (!is_first) retry.pause = std::min(2 * retry.pause, kLastPause);
+  retry.at = SteadyTime::Now() + retry.pause;
+  retry.stamp = absl::IsDataLoss(entry.problem) ? stamp : "";
+}
+
+std::optional<std::pair<std::string, Site::Retry>> Site::ReserveMapToReopen() {
+  const MutexLock lock(&mutex_);
+  const SteadyTime now = SteadyTime::Now();
+  for (auto& [name, retry] : retries_) {
+    if (retry.at > now || reserved_.contains(name)) continue;
+    // It was deleted, and perhaps made anew; or it is listed for want of room.
+    const auto listed = maps_.find(name);
+    const bool is_closed = listed != maps_.end() && listed->second.session == nullptr;
+    if (!is_closed || without_room_.contains(name)) continue;
+    if (options_.limits.max_maps > 0 && !HasRoomToOpen()) return std::nullopt;
+    retry.at = now + retry.pause;
+    reserved_.insert(name);
+    ++num_changing_;
+    return std::pair(name, retry);
+  }
+  return std::nullopt;
+}
+
+void Site::ReopenMaps() {
+  while (const auto due = ReserveMapToReopen()) {
+    const auto& [map, retry] = *due;
+    const bool is_unchanged = !retry.stamp.empty() && store_->FileStamp(map) == retry.stamp;
+    if (!is_unchanged) OpenMap(map);
+    const MutexLock lock(&mutex_);
+    --num_changing_;
+    reserved_.erase(map);
   }
 }
 
@@ -293,6 +337,7 @@ absl::StatusOr<bool> Site::TakeOut(const std::string& map, uint64_t incarnation,
     }
     HYPERMAP_RETURN_IF_ERROR(CheckIncarnation(WithProblem(it->second), incarnation));
     session = std::move(it->second.session);
+    retries_.erase(map);
     if (meanwhile.ok()) {
       maps_.erase(it);
     } else {

@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 #include "map/check_report.h"
 #include "server/session/map_session.h"
 #include "storage/map_store.h"
@@ -42,6 +43,11 @@ class Site {
     // The error of opening the map, or the reason for which it does not work since
     // (MapSession::problem).
     absl::Status problem;
+
+    // What can be done with the map at the moment.
+    MapSession::Condition condition() const {
+      return session ? session->condition() : MapSession::Condition{MapState::kClosed, problem};
+    }
   };
 
   // The clock of all maps; tells jumps of the wall clock.
@@ -94,6 +100,13 @@ class Site {
   // MapStore::Restore and Find.
   absl::StatusOr<std::shared_ptr<MapSession>> Restore(const Restoration& restoration);
 
+  // Opens maps that could not be opened and perhaps can be by now: a damaged one after its file was
+  // changed, others after a pause that doubles with each attempt, from kFirstPause to kLastPause.
+  // To be called about every second; waits for the disk.
+  static constexpr absl::Duration kFirstPause = absl::Seconds(1);
+  static constexpr absl::Duration kLastPause = absl::Minutes(1);
+  void ReopenMaps();
+
   // As MapStore::RemoveOldTrash, by the server's clock.
   absl::Status RemoveOldTrash() { return store_->RemoveOldTrash(clock().Now()); }
 
@@ -105,8 +118,21 @@ class Site {
 
   // Replaces the session of a map that does not work by its problem.
   static Entry WithProblem(Entry entry);
+  // When a map that could not be opened is opened again.
+  struct Retry {
+    SteadyTime at = SteadyTime::InfinitePast();
+    absl::Duration pause = kFirstPause;
+    std::string stamp;  // of a damaged map: MapStore::FileStamp at the last attempt
+  };
+
   // Opens a map of the store, and lists it.
   void OpenMap(const std::string& name);
+  // Plans the next attempt to open a map that could not be opened.
+  void PlanRetry(const Entry& entry, const std::string& stamp)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // A map whose next attempt is due, which it reserves and counts as changing, with its retry;
+  // nullopt if there is none.
+  std::optional<std::pair<std::string, Retry>> ReserveMapToReopen();
   // Lists a map that is not opened, because max_maps maps are open.
   void ListWithoutRoom(const std::string& name);
   // Opens the first maps that were listed without room, if there is room now.
@@ -150,6 +176,8 @@ class Site {
   std::map<std::string, Entry> maps_ ABSL_GUARDED_BY(mutex_);
   // Names of maps that are listed, but were not opened for want of room.
   std::set<std::string> without_room_ ABSL_GUARDED_BY(mutex_);
+  // Of the maps that could not be opened.
+  std::map<std::string, Retry> retries_ ABSL_GUARDED_BY(mutex_);
   // Maps that are being created, deleted or opened, and are open although maps_ does not show it.
   int num_changing_ ABSL_GUARDED_BY(mutex_) = 0;
   std::set<std::string> reserved_ ABSL_GUARDED_BY(mutex_);

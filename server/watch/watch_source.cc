@@ -112,6 +112,11 @@ absl::StatusOr<std::unique_ptr<WatchSource>> WatchSource::Open(const Facilities&
                                                                const Subscription& subscription) {
   HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session,
                             FindMap(facilities, subscription.map, subscription.incarnation));
+  // A replica would take the lack of a layer for its deletion.
+  const bool for_replica = subscription.filter.frames == WatchFilter::Frames::kAsStored;
+  if (for_replica || !subscription.filter.layers.empty()) {
+    HYPERMAP_RETURN_IF_ERROR(session->snapshot()->CheckUndamaged(subscription.filter.layers));
+  }
   SnapshotPtr snapshot;  // null: the watch resumes and needs none
   StructurePtr structure;
   Revision start = 0;

@@ -63,6 +63,7 @@ GeoPackageMap::GeoPackageMap(FileLock lock, const GeoPackageOptions& options, Op
       header_(std::move(opened.metadata.header)),
       witness_(opened.witness),
       notes_(std::move(opened.notes)),
+      damage_(std::move(opened.damage)),
       busy_timeout_(options.busy_timeout),
       cache_room_(options.cache_room),
       revision_(opened.metadata.revision),
@@ -121,6 +122,7 @@ absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string&
   Opened opened;
   HYPERMAP_ASSIGN_OR_RETURN(OpenMap file, OpenMapFile(path, options));
   opened.database = std::move(file.database);
+  opened.damage = std::move(file.damage);
   Database* const database = opened.database.get();
   absl::StatusOr<MapMetadata> metadata = ReadMetadata(database);
   if (!metadata.ok()) return AsDamage(metadata.status());
@@ -153,6 +155,8 @@ absl::StatusOr<GeoPackageMap::Opened> GeoPackageMap::OpenFile(const std::string&
                      OrphanPathOf(path)));
   }
   HYPERMAP_ASSIGN_OR_RETURN(opened.files, OpenFiles::Attach(database));
+  // Last, because what fails before it leaves no record of a closing.
+  HYPERMAP_RETURN_IF_ERROR(RecordOpening(database));
   return opened;
 }
 
@@ -182,6 +186,27 @@ absl::StatusOr<LayerPtr> GeoPackageMap::LoadLayer(const OpenLayer& open, ObjectI
   return std::make_shared<SemanticLayer>(stored.spec, std::move(objects));
 }
 
+absl::Status GeoPackageMap::AddLayer(const OpenLayer& open, Snapshot* snapshot) const {
+  const StoredLayer& stored = open.stored;
+  const std::string& name = stored.spec.name;
+  const absl::StatusOr<LayerPtr> layer = LoadLayer(open, &snapshot->next_object_id);
+  const absl::Status status = InMap(AsDamage(layer.status()));
+  if (layer.ok()) {
+    snapshot->layers.emplace(name, *layer);
+  } else if (absl::IsDataLoss(status)) {
+    snapshot->damaged.emplace(
+        name, DamagedLayer{MakeEmptyLayer(LayerStructure{stored.spec, stored.extent}),
+                           absl::DataLossError(
+                               absl::StrCat("layer ", name, " is damaged: ", status.message()))});
+  } else {
+    return layer.status();
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(const Revision version,
+                            NewestRevisionOf(database_.get(), stored.lineage));
+  snapshot->layer_versions.emplace(name, version);
+  return absl::OkStatus();
+}
+
 absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {
   auto snapshot = std::make_shared<Snapshot>();
   HYPERMAP_ASSIGN_OR_RETURN(MapMetadata metadata, ReadMetadata(database_.get()));
@@ -192,11 +217,7 @@ absl::StatusOr<SnapshotPtr> GeoPackageMap::LoadSnapshot() {
   HYPERMAP_ASSIGN_OR_RETURN(FrameTree frames, ReadFrames(database_.get()));
   snapshot->frames = std::move(frames);
   for (const auto& [name, open] : layers_) {
-    HYPERMAP_ASSIGN_OR_RETURN(LayerPtr layer, LoadLayer(open, &snapshot->next_object_id));
-    snapshot->layers.emplace(name, std::move(layer));
-    HYPERMAP_ASSIGN_OR_RETURN(const Revision version,
-                              NewestRevisionOf(database_.get(), open.stored.lineage));
-    snapshot->layer_versions.emplace(name, version);
+    HYPERMAP_RETURN_IF_ERROR(AddLayer(open, snapshot.get()));
   }
   return snapshot;
 }
@@ -244,6 +265,16 @@ absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {
   layers_ = std::move(writer).TakeLayers();
   revision_ = newest.revision;
   return absl::OkStatus();
+}
+
+absl::Status GeoPackageMap::TryWrite() { return InMap(WriteNothing()); }
+
+absl::Status GeoPackageMap::WriteNothing() {
+  HYPERMAP_RETURN_IF_ERROR(files_->Check());
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
+  // Writes a page, although it has the same content.
+  HYPERMAP_RETURN_IF_ERROR(BeginOwnWrites(database_.get()));
+  return transaction.Commit();
 }
 
 absl::StatusOr<std::optional<Receipt>> GeoPackageMap::FindReceipt(absl::string_view request_id) {

@@ -45,8 +45,10 @@ class GeoPackageMap : public StoredMap {
   const MapHeader& header() const override { return header_; }
   std::vector<std::string> opening_notes() const override { return notes_; }
   absl::Status CheckFile() override { return InMap(files_->Check()); }
+  absl::Status damage() const override { return InMap(damage_); }
   absl::StatusOr<SnapshotPtr> Load() override;
   absl::Status Write(absl::Span<const Commit> commits) override;
+  absl::Status TryWrite() override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
   absl::StatusOr<std::vector<TimeMark>> TimeMarks() override;
   absl::Status AddTimeMark(const TimeMark& mark, absl::Duration forget_before) override;
@@ -66,6 +68,7 @@ class GeoPackageMap : public StoredMap {
     OpenLayers layers;
     RevisionWitness witness;
     std::vector<std::string> notes;
+    absl::Status damage;
   };
 
   GeoPackageMap(FileLock lock, const GeoPackageOptions& options, Opened opened);
@@ -76,6 +79,8 @@ class GeoPackageMap : public StoredMap {
                                                              const GeoPackageOptions& options,
                                                              absl::StatusOr<Opened> opened);
 
+  // Reads a layer into `snapshot`, or lists it as damaged.
+  absl::Status AddLayer(const OpenLayer& open, Snapshot* snapshot) const;
   // Raises `next_id` above the ids of the layer's objects.
   absl::StatusOr<LayerPtr> LoadLayer(const OpenLayer& open, ObjectId* next_id) const;
   absl::StatusOr<SnapshotPtr> LoadSnapshot();
@@ -84,6 +89,7 @@ class GeoPackageMap : public StoredMap {
   // Writes the witness of the newest revision.
   void KeepWitness(const Commit& newest);
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
+  absl::Status WriteNothing();
   absl::Status WriteTimeMark(const TimeMark& mark, absl::Duration forget_before);
   // Adds the name of the map to an error.
   absl::Status InMap(const absl::Status& status) const;
@@ -94,6 +100,7 @@ class GeoPackageMap : public StoredMap {
   MapHeader header_;
   RevisionWitness witness_;
   std::vector<std::string> notes_;
+  const absl::Status damage_;
   const absl::Duration busy_timeout_;
   const CacheRoomPtr cache_room_;
   Revision revision_;

@@ -1,5 +1,7 @@
 #include "storage/geopackage/geopackage_store.h"
 
+#include <sys/stat.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <system_error>
@@ -9,6 +11,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
+#include "absl/time/time.h"
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "storage/geopackage/deletion_log.h"
@@ -56,6 +59,7 @@ class GeoPackageStore : public MapStore {
   absl::StatusOr<std::vector<std::string>> List() override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) override;
+  std::string FileStamp(const std::string& name) override;
   absl::Status Delete(const std::string& name, const std::string& request_id) override {
     return Remove(name, request_id, options_.trash_age > absl::ZeroDuration());
   }
@@ -240,6 +244,13 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::stri
   // The lock is of no use any more, and does no harm if it stays.
   if (absl::StatusOr<FileLock> left = LockMap(name); left.ok()) left->RemoveFile().IgnoreError();
   return absl::NotFoundError(absl::StrCat("the creation of map ", name, " was not completed"));
+}
+
+std::string GeoPackageStore::FileStamp(const std::string& name) {
+  struct stat status;
+  if (stat(PathOf(name).c_str(), &status) != 0) return "";
+  return absl::StrCat(status.st_dev, " ", status.st_ino, " ", status.st_size, " ",
+                      absl::ToUnixNanos(absl::TimeFromTimespec(status.st_mtim)));
 }
 
 absl::Status GeoPackageStore::RemoveOldTrash(absl::Time now) {

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <set>
@@ -19,6 +18,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "storage/geopackage/change_writer.h"
+#include "storage/geopackage/damaged_pages.h"
 #include "storage/geopackage/ends_if_cancelled.h"
 #include "storage/geopackage/evidence_check.h"
 #include "storage/geopackage/finding_list.h"
@@ -151,23 +151,8 @@ absl::Status MapChecker::AddLines(const std::string& sql, const std::string& ind
 
 absl::Status MapChecker::AddFailedPages(const std::set<int64_t>& numbers) {
   if (numbers.empty()) return absl::OkStatus();
-  std::map<int64_t, std::string> tables;
-  {
-    // Walks along pages that fail as far as they lead.
-    const UnverifiedReads here(database_->handle());
-    HYPERMAP_ASSIGN_OR_RETURN(Statement pages,
-                              database_->Prepare("SELECT pageno, name FROM dbstat"));
-    while (true) {
-      const absl::StatusOr<bool> has_row = pages.Step();
-      if (!has_row.ok() || !*has_row) break;
-      if (numbers.contains(pages.Int64(0))) tables[pages.Int64(0)] = std::string(pages.Text(1));
-    }
-  }
-  for (const int64_t number : numbers) {
-    const std::string& table = tables[number];
-    findings_.Add({"", "",
-                   absl::StrCat(DescribeFailedPage(number),
-                                table.empty() ? "" : absl::StrCat(" (in ", table, ")"))});
+  for (const std::string& page : DescribeFailedPages(database_->path(), numbers)) {
+    findings_.Add({"", "", page});
   }
   return CheckCancelled();
 }

@@ -32,24 +32,6 @@ absl::StatusOr<CheckReport> CheckMap(Database* database, const EvidenceCheck& ev
 // Checks a map's file. Changes neither it nor the files beside it. REQUIRES: nobody writes to it.
 absl::StatusOr<CheckReport> CheckMapFile(const std::string& path, const EvidenceCheck& evidence);
 
-struct RepairReport {
-  CheckReport before;
-  // After the repair, or `before` if there was nothing to rebuild.
-  CheckReport after;
-  // The copy of the file as it was, which has its log beside it if the file had one. Empty if
-  // nothing was written.
-  std::string copy;
-};
-
-// Checks a map's file, and rebuilds what can be rebuilt in one transaction, after a copy of the
-// file was written beside it (CopyPathOf). Does nothing if pages are damaged, because a repair
-// could destroy more: FAILED_PRECONDITION. ALREADY_EXISTS if there is a copy of an earlier repair;
-// errors of CheckMapFile. After an error the map is as it was. REQUIRES: nobody else has the file
-// open.
-absl::StatusOr<RepairReport> RepairMapFile(const std::string& path, const EvidenceCheck& evidence);
-
-std::string CopyPathOf(const std::string& path);
-
 }  // namespace hypermap::storage
 
 #endif  // HYPERMAP_STORAGE_GEOPACKAGE_MAP_CHECK_H_

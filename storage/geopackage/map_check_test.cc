@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/geopackage/map_repair.h"
 #include "storage/geopackage/testing/history.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"

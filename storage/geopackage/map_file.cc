@@ -6,13 +6,16 @@
 #include <cerrno>
 #include <cstdio>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "absl/strings/match.h"
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "storage/geopackage/damaged_pages.h"
 #include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/schema.h"
@@ -22,6 +25,9 @@
 
 namespace hypermap::storage {
 namespace {
+
+// Pages that an error names at most.
+constexpr int kMaxDamagedPages = 20;
 
 constexpr char kSettings[] = R"sql(
 PRAGMA synchronous = FULL;
@@ -50,14 +56,16 @@ absl::Status CheckLength(Database* database, int64_t size, bool has_log) {
 }
 
 // `pragma` is one of SQLite's checks that answer "ok" or with the first problem. UNAVAILABLE if the
-// file could not be read.
-absl::Status RunCheck(Database* database, const std::string& pragma) {
+// file could not be read. `failed` gets the pages that fail their checksums.
+absl::Status RunCheck(Database* database, const std::string& pragma,
+                      std::set<int64_t>* failed_pages = nullptr) {
   const FailedPages failed;
   HYPERMAP_ASSIGN_OR_RETURN(Statement check, database->Prepare(pragma));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, check.Step());
   const std::string result(has_row ? check.Text(0) : "no answer");
   if (result == "ok") return absl::OkStatus();
   if (!failed.numbers().empty()) {
+    if (failed_pages != nullptr) *failed_pages = failed.numbers();
     return absl::DataLossError(DescribeFailedPage(*failed.numbers().begin()));
   }
   return IsReadError(result) ? absl::UnavailableError(result) : absl::DataLossError(result);
@@ -80,10 +88,21 @@ absl::Status LimitSize(Database* database, int64_t max_bytes) {
       absl::StrCat("PRAGMA max_page_count = ", std::max<int64_t>(1, max_bytes / *page_size)));
 }
 
+// OK if all pages are as they were written; DATA_LOSS in `damage` if some fail their checksums.
+absl::Status CheckPages(Database* database, absl::Status* damage) {
+  std::set<int64_t> failed;
+  // After the first failing page the check goes on, up to so many problems.
+  const absl::Status status =
+      RunCheck(database, absl::StrCat("PRAGMA quick_check(", kMaxDamagedPages, ")"), &failed);
+  if (failed.empty()) return status;
+  *damage = absl::DataLossError(absl::StrJoin(DescribeFailedPages(database->path(), failed), "; "));
+  return absl::OkStatus();
+}
+
 // Checks the file itself before its content, so that the error names the first cause. Returns
 // whether the file is as this program writes it.
 absl::StatusOr<bool> CheckFile(Database* database, int64_t size, bool has_log,
-                               const GeoPackageOptions& options) {
+                               const GeoPackageOptions& options, absl::Status* damage) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));
   if (sqlite3_db_readonly(database->handle(), "main") != 0) {
     return absl::FailedPreconditionError("the file is read-only");
@@ -91,7 +110,7 @@ absl::StatusOr<bool> CheckFile(Database* database, int64_t size, bool has_log,
   HYPERMAP_RETURN_IF_ERROR(CheckIsNotNewer(version, kSchemaVersion));
   HYPERMAP_RETURN_IF_ERROR(CheckLength(database, size, has_log));
   if (size <= options.max_checked_bytes) {
-    HYPERMAP_RETURN_IF_ERROR(RunCheck(database, "PRAGMA quick_check(1)"));
+    HYPERMAP_RETURN_IF_ERROR(CheckPages(database, damage));
   }
   return version == kSchemaVersion && KeepsChecksums(database->handle());
 }
@@ -136,7 +155,7 @@ absl::Status WriteAnew(std::unique_ptr<Database> database, const std::string& pa
 // `copy` gets its name.
 absl::StatusOr<std::unique_ptr<Database>> OpenAndMigrate(const std::string& path,
                                                          const GeoPackageOptions& options,
-                                                         std::string* copy) {
+                                                         std::string* copy, absl::Status* damage) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t size, SizeOfFile(path));
   const bool has_log = PathExists(LogPathOf(path));
   const auto open = [&] {
@@ -144,8 +163,9 @@ absl::StatusOr<std::unique_ptr<Database>> OpenAndMigrate(const std::string& path
   };
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Database> database, open());
   HYPERMAP_ASSIGN_OR_RETURN(const bool is_current,
-                            CheckFile(database.get(), size, has_log, options));
+                            CheckFile(database.get(), size, has_log, options, damage));
   if (!is_current) {
+    HYPERMAP_RETURN_IF_ERROR(*damage);
     HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database.get()));
     std::string kept;
     if (copy != nullptr && version < kSchemaVersion) kept = OlderCopyOf(path, version);
@@ -156,7 +176,6 @@ absl::StatusOr<std::unique_ptr<Database>> OpenAndMigrate(const std::string& path
   HYPERMAP_RETURN_IF_ERROR(RegisterSpatialFunctions(database.get()));
   HYPERMAP_RETURN_IF_ERROR(VerifySchema(database.get()));
   HYPERMAP_RETURN_IF_ERROR(WriteAhead(database.get()));
-  HYPERMAP_RETURN_IF_ERROR(RecordOpening(database.get()));
   HYPERMAP_RETURN_IF_ERROR(LimitSize(database.get(), options.max_map_bytes));
   return database;
 }
@@ -204,7 +223,8 @@ absl::Status CreateMapFile(const std::string& path, const std::string& temporary
 absl::StatusOr<OpenMap> OpenMapFile(const std::string& path, const GeoPackageOptions& options) {
   OpenMap map;
   HYPERMAP_ASSIGN_OR_RETURN(map.was_written_by_others, AdoptForeignWrites(path, options));
-  HYPERMAP_ASSIGN_OR_RETURN(map.database, OpenAndMigrate(path, options, &map.older_copy));
+  HYPERMAP_ASSIGN_OR_RETURN(map.database,
+                            OpenAndMigrate(path, options, &map.older_copy, &map.damage));
   return map;
 }
 
@@ -224,8 +244,9 @@ absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& op
   if (absl::IsDataLoss(version.status())) return absl::OkStatus();
   HYPERMAP_RETURN_IF_ERROR(version.status());
   // Closing the connection moves the log into the file.
-  return *version == kSchemaVersion ? absl::OkStatus()
-                                    : OpenAndMigrate(path, options, nullptr).status();
+  if (*version == kSchemaVersion) return absl::OkStatus();
+  absl::Status damage;
+  return OpenAndMigrate(path, options, nullptr, &damage).status();
 }
 
 absl::Status MarkRestored(const std::string& path, const std::string& request_id,

@@ -26,12 +26,15 @@ struct OpenMap {
   std::unique_ptr<Database> database;
   std::string older_copy;  // of the file as it was before it was migrated; empty if it was not
   bool was_written_by_others = false;  // since a store has closed it
+  absl::Status damage;                 // DATA_LOSS naming the pages that can't be read, if any
 };
 // Opens a map's file for writing, checks it, and sets write-ahead logging. A file of an older
 // schema version, or without checksums, is written anew, migrated, and put in its place; one of an
 // older version is kept as OlderCopyOf. What other programs wrote is adopted (foreign_writes.h).
-// FAILED_PRECONDITION when the file is not a map, has a newer version or is read-only; DATA_LOSS
-// when it is damaged; RESOURCE_EXHAUSTED when the disk has no room for a new file.
+// A file of which only some pages fail their checksums is opened, and what is read from them is
+// DATA_LOSS. FAILED_PRECONDITION when the file is not a map, has a newer version or is read-only;
+// DATA_LOSS when it is damaged in another way; RESOURCE_EXHAUSTED when the disk has no room for a
+// new file.
 absl::StatusOr<OpenMap> OpenMapFile(const std::string& path, const GeoPackageOptions& options);
 
 // The name of the copy of a map's file of an older schema version.

@@ -1,3 +1,5 @@
+#include "storage/geopackage/map_repair.h"
+
 #include <algorithm>
 #include <filesystem>
 #include <memory>
@@ -26,14 +28,6 @@
 namespace hypermap::storage {
 namespace {
 
-// As the R*Tree extension fills an index (OGC 12-128r17, annex F.3). $t stands for the name of the
-// layer's table, which needs no escapes (IsLayerTableName).
-constexpr char kFillIndex[] = R"sql(
-INSERT INTO "rtree_$t_geom"
-  SELECT id, ST_MinX(geom), ST_MaxX(geom), ST_MinY(geom), ST_MaxY(geom) FROM "$t"
-    WHERE geom IS NOT NULL AND NOT ST_IsEmpty(geom)
-)sql";
-
 bool IsDamageOfPages(const Finding& finding) {
   return finding.table.empty() && !finding.can_be_rebuilt;
 }
@@ -48,17 +42,6 @@ absl::Status CopyFile(const std::string& from, const std::string& to) {
   if (status.ok()) status = PublishFile(temporary, to);
   if (!status.ok()) RemoveFile(temporary).IgnoreError();
   return status;
-}
-
-// REQUIRES: no connection of this process has the file open, because closing the copied file would
-// drop its locks.
-absl::Status SaveCopy(const std::string& path) {
-  const std::string copy = CopyPathOf(path);
-  if (PathExists(copy)) return absl::AlreadyExistsError(absl::StrCat(copy, " exists"));
-  if (PathExists(LogPathOf(path))) {
-    HYPERMAP_RETURN_IF_ERROR(CopyFile(LogPathOf(path), LogPathOf(copy)));
-  }
-  return CopyFile(path, copy);
 }
 
 // Makes an R*Tree empty, whatever is in its tables.
@@ -99,7 +82,7 @@ absl::Status Rebuild(Database* database, std::set<std::string> names) {
     const std::string tree = absl::StrCat("rtree_", layer.table, "_geom");
     if (names.erase(tree) == 0) continue;
     HYPERMAP_RETURN_IF_ERROR(MakeNewTree(database, tree));
-    HYPERMAP_RETURN_IF_ERROR(database->Execute(ForTable(kFillIndex, layer.table)));
+    HYPERMAP_RETURN_IF_ERROR(database->Execute(ForTable(kFillIndexOfPlaces, layer.table)));
   }
   if (names.erase(kObjectBoxesTable) > 0) HYPERMAP_RETURN_IF_ERROR(RebuildObjectBoxes(database));
   if (names.erase(kCheckpointsTable) > 0) {
@@ -112,6 +95,19 @@ absl::Status Rebuild(Database* database, std::set<std::string> names) {
 
 }  // namespace
 
+absl::Status CopyMapFile(const std::string& path, const std::string& copy) {
+  if (PathExists(LogPathOf(path))) {
+    HYPERMAP_RETURN_IF_ERROR(CopyFile(LogPathOf(path), LogPathOf(copy)));
+  }
+  return CopyFile(path, copy);
+}
+
+absl::Status SaveMapCopy(const std::string& path) {
+  const std::string copy = CopyPathOf(path);
+  if (PathExists(copy)) return absl::AlreadyExistsError(absl::StrCat(copy, " exists"));
+  return CopyMapFile(path, copy);
+}
+
 std::string CopyPathOf(const std::string& path) { return absl::StrCat(path, ".before-repair"); }
 
 absl::StatusOr<RepairReport> RepairMapFile(const std::string& path, const EvidenceCheck& evidence) {
@@ -120,7 +116,8 @@ absl::StatusOr<RepairReport> RepairMapFile(const std::string& path, const Eviden
   const std::vector<Finding>& findings = report.before.findings;
   if (std::any_of(findings.begin(), findings.end(), IsDamageOfPages)) {
     return absl::FailedPreconditionError(
-        "pages of the file are damaged, so that a repair could destroy more: restore a backup");
+        "pages of the file are damaged: fetch what they had from another copy of the map, with "
+        "--from, or restore a backup");
   }
   std::set<std::string> names;
   for (const Finding& finding : findings) {
@@ -128,7 +125,7 @@ absl::StatusOr<RepairReport> RepairMapFile(const std::string& path, const Eviden
   }
   report.after = report.before;
   if (names.empty()) return report;
-  HYPERMAP_RETURN_IF_ERROR(SaveCopy(path));
+  HYPERMAP_RETURN_IF_ERROR(SaveMapCopy(path));
   report.copy = CopyPathOf(path);
   const bool was_written = WasWrittenByOthers(path);
   {

@@ -46,8 +46,8 @@ void KeepChecksums(sqlite3* database);
 // Returns whether the file of a connection keeps checksums. Known after the first read.
 bool KeepsChecksums(sqlite3* database);
 
-// While one lives, a connection reads pages that fail. REQUIRES: its file was opened by
-// ChecksumVfs().
+// While one lives, a connection reads pages that fail. They stay in its cache, so that no read of
+// that connection is verified afterwards. REQUIRES: its file was opened by ChecksumVfs().
 class UnverifiedReads {
  public:
   explicit UnverifiedReads(sqlite3* database);

@@ -110,7 +110,9 @@ absl::Status DurableCopy::Load(const std::string& folder) {
 }
 
 absl::Status DurableCopy::ReadStored() {
+  HYPERMAP_RETURN_IF_ERROR(file_->damage());
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, file_->Load());
+  HYPERMAP_RETURN_IF_ERROR(snapshot->CheckUndamaged({}));
   const Revision revision = snapshot->revision;
   // The process ended after creating the map and before filling it.
   if (revision == 0) return absl::OkStatus();

@@ -45,6 +45,10 @@ class MemoryMap : public storage::StoredMap {
   absl::Status Write(absl::Span<const storage::Commit> commits) override {
     return disk_->Write(*file_, commits);
   }
+  absl::Status TryWrite() override {
+    const MutexLock lock(&disk_->mutex_);
+    return disk_->write_status_;
+  }
   absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(
       absl::string_view request_id) override {
     const auto it = file_->receipts.find(std::string_view(request_id.data(), request_id.size()));
@@ -159,11 +163,29 @@ absl::Status MemoryDisk::AddTimeMark(File& file, const storage::TimeMark& mark,
   return absl::OkStatus();
 }
 
+std::shared_ptr<MemoryDisk::File> MemoryMapStore::MakeFile(const storage::MapHeader& header) {
+  auto file = std::make_shared<MemoryDisk::File>();
+  file->header = header;
+  if (file->header.incarnation == 0) file->header.incarnation = storage::NewIncarnation();
+  auto snapshot = std::make_shared<Snapshot>();
+  snapshot->map_name = header.name;
+  snapshot->frame_id = header.frame_id;
+  file->history->Begin(snapshot, header.created_at);
+  file->snapshot = std::move(snapshot);
+  return file;
+}
+
 void MemoryMapStore::AddBroken(const std::string& name, absl::Status problem) {
   MutexLock lock(&disk_->mutex_);
-  auto file = std::make_shared<MemoryDisk::File>();
+  auto file = MakeFile({name, "map", absl::UnixEpoch(), ""});
   file->problem = std::move(problem);
   disk_->files_[name] = std::move(file);
+}
+
+std::string MemoryMapStore::FileStamp(const std::string& name) {
+  const MutexLock lock(&disk_->mutex_);
+  const auto it = disk_->files_.find(name);
+  return it == disk_->files_.end() ? "" : it->second->problem.ToString();
 }
 
 absl::StatusOr<std::vector<std::string>> MemoryMapStore::List() {
@@ -175,14 +197,7 @@ absl::StatusOr<std::vector<std::string>> MemoryMapStore::List() {
 
 absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Create(
     const storage::MapHeader& header) {
-  auto file = std::make_shared<MemoryDisk::File>();
-  file->header = header;
-  if (file->header.incarnation == 0) file->header.incarnation = storage::NewIncarnation();
-  auto snapshot = std::make_shared<Snapshot>();
-  snapshot->map_name = header.name;
-  snapshot->frame_id = header.frame_id;
-  file->history->Begin(snapshot, header.created_at);
-  file->snapshot = std::move(snapshot);
+  auto file = MakeFile(header);
   MutexLock lock(&disk_->mutex_);
   if (!disk_->files_.emplace(header.name, file).second) {
     return absl::AlreadyExistsError(header.name);
@@ -193,6 +208,7 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Create(
 }
 
 absl::StatusOr<std::unique_ptr<storage::StoredMap>> MemoryMapStore::Open(const std::string& name) {
+  ++num_openings_;
   MutexLock lock(&disk_->mutex_);
   const auto it = disk_->files_.find(name);
   if (it == disk_->files_.end()) return absl::NotFoundError(name);

@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_SERVER_SESSION_TESTING_MEMORY_MAP_STORE_H_
 #define HYPERMAP_SERVER_SESSION_TESTING_MEMORY_MAP_STORE_H_
 
+#include <atomic>
 #include <map>
 #include <memory>
 #include <optional>
@@ -77,18 +78,25 @@ class MemoryMapStore : public storage::MapStore {
   // `disk` must outlive the store and its maps.
   explicit MemoryMapStore(MemoryDisk* disk) : disk_(disk) {}
 
-  // Adds a map that can't be opened.
+  // Adds a map that can't be opened, or sets the problem of one that was added; OK: it can be.
   void AddBroken(const std::string& name, absl::Status problem);
+
+  // The attempts to open a map so far.
+  int num_openings() const { return num_openings_; }
 
   absl::StatusOr<std::vector<std::string>> List() override;
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> Create(
       const storage::MapHeader& header) override;
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> Open(const std::string& name) override;
+  std::string FileStamp(const std::string& name) override;
   absl::Status Delete(const std::string& name, const std::string& request_id) override;
   absl::StatusOr<std::optional<std::string>> FindDeletion(const std::string& request_id) override;
 
  private:
+  static std::shared_ptr<MemoryDisk::File> MakeFile(const storage::MapHeader& header);
+
   MemoryDisk* const disk_;
+  std::atomic<int> num_openings_ = 0;
 };
 
 }  // namespace hypermap::server

@@ -55,6 +55,11 @@ EditedMap CreateMap(MapStore& store, const std::string& name) {
   return {*std::move(stored), snapshot.ok() ? *snapshot : nullptr};
 }
 
+absl::Status DamageFoundByLoad(StoredMap& map) {
+  const absl::StatusOr<SnapshotPtr> loaded = map.Load();
+  return loaded.ok() ? (*loaded)->CheckUndamaged({}) : loaded.status();
+}
+
 LayerSpec SemanticSpec(const std::string& name) {
   LayerSpec spec;
   spec.name = name;

@@ -33,6 +33,10 @@ struct EditedMap {
 };
 EditedMap CreateMap(MapStore& store, const std::string& name);
 
+// What of a stored map can't be read: the error of Load, or else the damage of the first layer that
+// Load lists as damaged. OK if there is none.
+absl::Status DamageFoundByLoad(StoredMap& map);
+
 LayerSpec SemanticSpec(const std::string& name);
 LayerSpec GridSpec(const std::string& name, LayerKind kind, const PlanarTransform& origin,
                    double resolution_m);

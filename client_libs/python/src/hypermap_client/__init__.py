@@ -35,7 +35,7 @@ from .answers import (
     PointsAnswer,
     PointsContent,
 )
-from .catalog import CheckReport, Finding, LayerList, MapEntry, TransformList
+from .catalog import CheckReport, Finding, LayerList, MapEntry, MapState, TransformList
 from .changes import Change, ChangeKind, Difference, Revision, RevisionList, WatchEvent
 from .credentials import Tls
 from .edits import (
@@ -164,6 +164,7 @@ __all__ = [
     "LayerSpec",
     "MapEntry",
     "MapObject",
+    "MapState",
     "NamedFile",
     "NearestAnswer",
     "NearestMatch",

@@ -35,6 +35,8 @@ class AnswerStatus(IntEnum):
     """No transform connects the layer's frame to the frame of the query."""
     UNSUPPORTED_VALUE = 5
     """The layer does not support the value of the query, such as a class label on a grid."""
+    DAMAGED = 6
+    """The stored content of the layer is damaged, and can't be read."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,9 +4,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from datetime import datetime
+from enum import IntEnum
 
 from .geometry import Transform
 from .layers import Layer
+
+
+class MapState(IntEnum):
+    """What a server does with a map at the moment."""
+
+    SERVING = 1
+    """It answers queries and takes changes."""
+    DAMAGED = 2
+    """Some of the stored content cannot be read. All else is answered and can be changed."""
+    READ_ONLY = 3
+    """Changes cannot be stored, as on a full disk. Queries are answered."""
+    CLOSED = 4
+    """The map cannot be opened, or its files were taken away."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -20,8 +34,9 @@ class MapEntry:
         A map gets a new one when it is created, also under an old name, when it is restored or
         replaced, and when acknowledged commits are missing after a restart of the server.
     create_time: time of creation in UTC.
-    problem: the reason why the server cannot open the map. All fields but the name are unset then.
-        Empty for a map that can be opened.
+    state: what the server does with the map at the moment.
+    problem: the reason why the state is not SERVING. Of a closed map only the name is known
+        besides.
     """
 
     name: str
@@ -31,6 +46,7 @@ class MapEntry:
     layer_count: int = 0
     problem: str = ""
     incarnation: int = 0
+    state: MapState = MapState.SERVING
 
 
 @dataclass(frozen=True, slots=True)

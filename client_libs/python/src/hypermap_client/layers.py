@@ -110,9 +110,12 @@ class Layer(LayerSpec):
         and for semantic layers.
     version: the newest revision that changed the layer or its content.
     properties: description of its content.
+    problem: the reason why the stored content cannot be read; empty if it can. Such a layer answers
+        queries with the status DAMAGED.
     """
 
     size: int = 0
     extent: CellBox | None = None
     version: int = 0
     properties: LayerProperties = field(default_factory=LayerProperties)
+    problem: str = ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .._proto import catalog_service_pb2 as pb
-from ..catalog import CheckReport, Finding, MapEntry
+from ..catalog import CheckReport, Finding, MapEntry, MapState
 from .time import decode_time
 
 
@@ -16,7 +16,15 @@ def decode_map(message: pb.Map) -> MapEntry:
         layer_count=message.layer_count,
         problem=message.problem,
         incarnation=message.incarnation,
+        state=_decode_state(message),
     )
+
+
+def _decode_state(message: pb.Map) -> MapState:
+    if message.state:
+        return MapState(message.state)
+    # Older servers tell a problem of closed maps only.
+    return MapState.CLOSED if message.problem else MapState.SERVING
 
 
 def decode_check_report(message: pb.CheckMapResponse) -> CheckReport:

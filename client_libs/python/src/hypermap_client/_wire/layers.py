@@ -79,5 +79,6 @@ def decode_layer(message: pb.Layer) -> Layer:
         if message.HasField("extent")
         else None,
         version=message.version,
+        problem=message.problem,
         properties=decode_properties(message.properties),
     )

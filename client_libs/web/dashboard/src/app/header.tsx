@@ -3,6 +3,7 @@ import { caller } from '../state/caller';
 import { status, type Status } from '../state/connection';
 import { signing, signOut } from '../state/session';
 import { showMap } from '../state/show_map';
+import { MapState } from '../state/model';
 import { mapName, maps } from '../state/site';
 import './header.css';
 
@@ -11,6 +12,14 @@ const STATUS_WORDS: Record<Status, string> = {
   live: 'Live',
   disconnected: 'Disconnected',
   error: 'Error',
+};
+
+const STATE_WORDS: Record<MapState, string> = {
+  [MapState.UNSPECIFIED]: '',
+  [MapState.SERVING]: '',
+  [MapState.DAMAGED]: 'damaged',
+  [MapState.READ_ONLY]: 'read-only',
+  [MapState.CLOSED]: 'closed',
 };
 
 const ROLE_WORDS: Record<Role, string> = {
@@ -40,9 +49,9 @@ function MapPicker() {
       onChange={(event) => showMap(event.currentTarget.value)}
     >
       {!known && <option value={mapName.value ?? ''}>{mapName.value ?? 'no map'}</option>}
-      {all.map(({ name, problem }) => (
-        <option key={name} value={name} disabled={problem !== ''}>
-          {problem ? `${name} (can't be opened)` : name}
+      {all.map(({ name, state, problem }) => (
+        <option key={name} value={name} disabled={state === MapState.CLOSED} title={problem}>
+          {problem ? `${name} (${STATE_WORDS[state]})` : name}
         </option>
       ))}
     </select>

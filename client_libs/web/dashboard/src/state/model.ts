@@ -4,6 +4,7 @@ export {
   CellRule,
   ChangeKind,
   LayerKind,
+  MapState,
   ShapeKind,
   type CellRuns,
   type Change,

@@ -2,13 +2,14 @@
 import { computed, signal } from '@preact/signals';
 import { client, noteAlive, noteFailure } from './connection';
 import { BOTTOM_TO_TOP, contentOf } from './layer_content';
-import type { Layer } from './model';
+import { MapState, type Layer } from './model';
 
 export interface MapEntry {
   name: string;
   /** The map's own frame. */
   frameId: string;
-  /** The reason why the map can't be opened. Empty if it can. */
+  state: MapState;
+  /** The reason why the state is not SERVING. */
   problem: string;
   /** Tells this map from an earlier or later one of the same name. 0 if it can't be opened. */
   incarnation: bigint;
@@ -59,14 +60,16 @@ export function layerNamed(name: string): Layer | undefined {
 export async function loadMaps(): Promise<void> {
   try {
     const answer = await client.value.catalog.listMaps({});
-    maps.value = answer.maps.map(({ name, frameId, problem, incarnation }) => ({
+    maps.value = answer.maps.map(({ name, frameId, state, problem, incarnation }) => ({
       name,
       frameId,
+      // Older servers tell a problem of closed maps only.
+      state: state || (problem ? MapState.CLOSED : MapState.SERVING),
       problem,
       incarnation,
     }));
     if (mapName.value !== undefined) return;
-    const first = maps.value.find((map) => !map.problem);
+    const first = maps.value.find(({ state }) => state !== MapState.CLOSED);
     if (first) mapName.value = first.name;
     else noteAlive();
   } catch (error) {

@@ -36,6 +36,7 @@ const STATUS_WORDS: Record<AnswerStatus, string> = {
   [AnswerStatus.OUTSIDE]: 'outside the layer',
   [AnswerStatus.NO_TRANSFORM]: 'no transform to its frame',
   [AnswerStatus.UNSUPPORTED_VALUE]: 'does not support this value',
+  [AnswerStatus.DAMAGED]: 'is damaged and can’t be read',
 };
 
 export function statusWords(status: AnswerStatus): string {
