@@ -48,15 +48,15 @@ bool LateObservations::TakeIfLate(const Snapshot& snapshot, Waiting& waiting) {
                          });
   if (!must_wait) return false;
   for (const Robot& robot : robots) ++robots_[robot];
-  waiting_.push_back(
-      {std::move(waiting), entries > kNearEntries ? Lane::kFar : Lane::kNear, is_late});
+  waiting_.push_back({std::move(waiting), entries > kNearEntries ? Lane::kFar : Lane::kNear,
+                      is_late, clock_->SinceBoot()});
   return true;
 }
 
 absl::Duration LateObservations::UntilWork() const {
   if (is_working()) return absl::ZeroDuration();
   if (waiting_.empty()) return absl::InfiniteDuration();
-  const SteadyTime now = SteadyTime::Now();
+  const absl::Duration now = clock_->SinceBoot();
   return std::min(waiting_.back().since + kPause - now, waiting_.front().since + kMaxPause - now);
 }
 

@@ -14,10 +14,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
-#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
-#include "base/sync/start_thread.h"
-#include "base/sync/steady_time.h"
 #include "map/content_bytes.h"
 #include "server/fusion/evidence.h"
 #include "server/session/submission_size.h"
@@ -115,9 +112,10 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
   session->fusion_ = std::move(fusion);
   session->NoteDamage(session->stored_->damage());
   for (const auto& [name, layer] : snapshot->damaged) session->NoteDamage(layer.damage);
-  HYPERMAP_ASSIGN_OR_RETURN(session->writer_, StartThread("hm-writer", [writer = session.get()] {
-                              writer->RunWriter();
-                            }));
+  session->late_.emplace(session->fusion_.get(), session->options_.clock.get());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      session->writer_,
+      options.executor->Start("hm-writer", [writer = session.get()] { return writer->Step(); }));
   return session;
 }
 
@@ -218,7 +216,7 @@ void MapSession::Enqueue(SubmissionType submission, Callback done) {
       queue_.submissions.push_back(
           Queued<SubmissionType, Callback>{std::move(submission), std::move(done)});
       // The writer sleeps only while the queue is empty: later submissions need not wake it.
-      if (queue_.submissions.size() == 1) queue_changed_.NotifyOne();
+      if (queue_.submissions.size() == 1) writer_->Wake();
       return;
     }
   }
@@ -273,7 +271,7 @@ absl::Status MapSession::RunOnWriter(absl::FunctionRef<absl::Status()> task) {
       absl::Status wanted = CheckCancelled();
       awaited->End(wanted.ok() ? task() : std::move(wanted));
     });
-    queue_changed_.NotifyOne();
+    writer_->Wake();
   }
   return awaited->Await();
 }
@@ -371,7 +369,7 @@ void MapSession::EndWaiting() {
   feed_.Close();
   const MutexLock lock(&queue_mutex_);
   refuses_late_ = true;
-  queue_changed_.NotifyOne();
+  if (writer_) writer_->Wake();
 }
 
 void MapSession::Close() {
@@ -379,26 +377,32 @@ void MapSession::Close() {
   {
     MutexLock lock(&queue_mutex_);
     closing_ = true;
-    queue_changed_.NotifyOne();
+    if (writer_) writer_->Wake();
   }
-  if (writer_.joinable()) writer_.join();
+  if (writer_) writer_->Join();
   history_.Close();
   fusion_.reset();
   stored_.reset();
 }
 
-void MapSession::RunWriter() {
-  late_.emplace(fusion_.get());
-  while (std::optional<std::vector<QueuedSubmission>> submissions = TakeSubmissions()) {
-    // With submissions, the commit looks at the files.
-    if (submissions->empty()) CheckFiles();
-    const SteadyTime start = SteadyTime::Now();
-    Commit(*std::move(submissions));
-    last_commit_took_ = SteadyTime::Now() - start;
-    RunTasks();
-    MaintainMap();
-    WorkOnLate();
+std::optional<absl::Duration> MapSession::Step() {
+  std::optional<std::vector<QueuedSubmission>> submissions = TakeSubmissions();
+  if (!submissions) {
+    EndWriting();
+    return std::nullopt;
   }
+  // With submissions, the commit looks at the files.
+  if (submissions->empty()) CheckFiles();
+  const absl::Duration start = options_.clock->SinceBoot();
+  Commit(*std::move(submissions));
+  last_commit_took_ = options_.clock->SinceBoot() - start;
+  RunTasks();
+  MaintainMap();
+  WorkOnLate();
+  return UntilNextStep();
+}
+
+void MapSession::EndWriting() {
   RefuseLate();
   if (is_broken_) return;
   // So that the next start need not fold long logs again.
@@ -406,13 +410,16 @@ void MapSession::RunWriter() {
   KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/true));
 }
 
-std::optional<std::vector<MapSession::QueuedSubmission>> MapSession::TakeSubmissions() {
-  const absl::Duration wait = std::min(UntilMaintenance(), late_->UntilWork());
-  MutexLock lock(&queue_mutex_);
-  // Without a loop: after a spurious wake-up the work is empty and maintenance finds nothing due.
-  if (queue_.empty() && !closing_ && wait > absl::ZeroDuration()) {
-    queue_changed_.WaitFor(&queue_mutex_, std::min(wait, kMaxWait));
+absl::Duration MapSession::UntilNextStep() const {
+  {
+    const MutexLock lock(&queue_mutex_);
+    if (!queue_.empty() || closing_) return absl::ZeroDuration();
   }
+  return std::min({UntilMaintenance(), late_->UntilWork(), kMaxWait});
+}
+
+std::optional<std::vector<MapSession::QueuedSubmission>> MapSession::TakeSubmissions() {
+  const MutexLock lock(&queue_mutex_);
   if (queue_.empty() && closing_) return std::nullopt;
   queue_.load = QueueLoad();
   return std::exchange(queue_.submissions, {});
@@ -450,7 +457,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
     if (next > 0) RunTasks();
     if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
-    const Deadline end_of_group(options_.max_group_time);
+    const absl::Duration end_of_group = options_.clock->SinceBoot() + options_.max_group_time;
     do {
       auto* observations =
           std::get_if<Queued<ObservationSubmission, VerdictsCallback>>(&submissions[next]);
@@ -463,7 +470,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
       }
       ++next;
     } while (next < submissions.size() && group.bytes() < options_.max_group_bytes &&
-             !end_of_group.has_passed());
+             options_.clock->SinceBoot() < end_of_group);
     Finish(group);
   }
 }
@@ -502,9 +509,9 @@ void MapSession::WorkOnLate() {
     refuses = refuses_late_;
   }
   if (refuses) return RefuseLate();
-  const SteadyTime start = SteadyTime::Now();
+  const absl::Duration start = options_.clock->SinceBoot();
   std::vector<LateObservations::Waiting> ready = late_->Work(*snapshot(), [&] {
-    const absl::Duration passed = SteadyTime::Now() - start;
+    const absl::Duration passed = options_.clock->SinceBoot() - start;
     if (passed >= kMaxLateWork) return true;
     if (passed < last_commit_took_) return false;
     const MutexLock lock(&queue_mutex_);

@@ -16,7 +16,6 @@
 #include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 #include <variant>
 #include <vector>
 
@@ -29,6 +28,7 @@
 #include "absl/time/time.h"
 #include "base/admission/content_budget.h"
 #include "base/limits/limits.h"
+#include "base/sync/executor.h"
 #include "base/sync/mutex.h"
 #include "base/time/server_clock.h"
 #include "map/check_report.h"
@@ -63,8 +63,10 @@ struct SessionOptions {
   // Time after which a group takes no further submission: tasks, for which threads of all maps may
   // wait, come after it.
   absl::Duration max_group_time = absl::Milliseconds(50);
-  // The clock of all maps of a site: of commit times, ages, the expiry of objects, and of the
-  // stamps of observations, unless `fusion` has a clock of its own.
+  // Runs the writers of the maps; must outlive them.
+  Executor* executor = &ThreadExecutor();
+  // The clock of all maps of a site: of commit times, ages, the expiry of objects, the pace of the
+  // writers, and of the stamps of observations, unless `fusion` has a clock of its own.
   std::shared_ptr<ServerClock> clock = std::make_shared<ServerClock>();
   // The memory of the content of all maps, and its limit.
   std::shared_ptr<admission::ContentBudget> content = std::make_shared<admission::ContentBudget>();
@@ -201,10 +203,14 @@ class MapSession {
   // Submit; the error of this thread's cancellation, if that comes before the task begins.
   absl::Status RunOnWriter(absl::FunctionRef<absl::Status()> task);
 
-  // The body of the writer's thread.
-  void RunWriter();
-  // Waits for work or for the next maintenance, and takes the submissions that wait, of which there
-  // may be none. nullopt if the session is closing and the queue is empty.
+  // A step of the writer: commits what waits, then does what maintenance is due. Returns the time
+  // until there is something to do again, or nullopt once the session is closed.
+  std::optional<absl::Duration> Step();
+  // What is left to do when the session is closed.
+  void EndWriting();
+  absl::Duration UntilNextStep() const;
+  // Takes the submissions that wait, of which there may be none. nullopt if the session is closing
+  // and the queue is empty.
   std::optional<std::vector<QueuedSubmission>> TakeSubmissions();
   // Writes the submissions in groups. Runs the tasks that wait before each but the first.
   void Commit(std::vector<QueuedSubmission> submissions);
@@ -267,7 +273,6 @@ class MapSession {
   ChangeFeed feed_;
 
   mutable Mutex queue_mutex_;
-  CondVar queue_changed_;
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
   QueueLoad late_load_ ABSL_GUARDED_BY(queue_mutex_);  // of late_
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
@@ -275,7 +280,8 @@ class MapSession {
   absl::Status problem_ ABSL_GUARDED_BY(queue_mutex_);
   absl::Status damage_ ABSL_GUARDED_BY(queue_mutex_);  // that was found so far
 
-  std::thread writer_;
+  // Set before anybody but Start has the session.
+  std::unique_ptr<Executor::Running> writer_;
 };
 
 }  // namespace hypermap::server
