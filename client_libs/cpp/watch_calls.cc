@@ -12,6 +12,7 @@
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/decode.h"
 #include "client_libs/cpp/grpc_part_stream.h"
+#include "client_libs/cpp/replicate_request.h"
 #include "client_libs/cpp/watch.h"
 #include "client_libs/cpp/watch_stream.h"
 #include "wire/change.h"
@@ -40,6 +41,11 @@ v1::WatchRequest EncodeWatch(const std::string& map, const WatchOptions& options
   return request;
 }
 
+using WatchCall = WatchStream<v1::WatchRequest, v1::WatchResponse>;
+using ReplicateCall = WatchStream<v1::ReplicateRequest, v1::ReplicateResponse>;
+
+}  // namespace
+
 v1::ReplicateRequest EncodeReplicate(const std::string& map, const ReplicateOptions& options) {
   v1::ReplicateRequest request;
   wire::EncodeScope(map, options.scope, request.mutable_scope());
@@ -49,11 +55,6 @@ v1::ReplicateRequest EncodeReplicate(const std::string& map, const ReplicateOpti
   if (options.start_time) wire::EncodeTime(*options.start_time, request.mutable_start_time());
   return request;
 }
-
-using WatchCall = WatchStream<v1::WatchRequest, v1::WatchResponse>;
-using ReplicateCall = WatchStream<v1::ReplicateRequest, v1::ReplicateResponse>;
-
-}  // namespace
 
 Watcher::Watcher(std::unique_ptr<Call> call) : call_(std::move(call)) {}
 Watcher::Watcher(Watcher&&) noexcept = default;

@@ -14,7 +14,6 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
@@ -24,11 +23,9 @@
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/decode.h"
 #include "client_libs/cpp/watch.h"
+#include "client_libs/cpp/watch_decoder.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
-#include "wire/catalog.h"
-#include "wire/change.h"
 #include "wire/status.h"
-#include "wire/time.h"
 
 namespace hypermap::client {
 
@@ -66,6 +63,7 @@ class WatchStream final : public Watcher::Call {
       : connection_(std::move(connection)),
         method_(method),
         options_(options),
+        decoder_(options.with_changes),
         deadline_(deadline),
         request_(std::move(request)) {
     Open();
@@ -91,23 +89,21 @@ class WatchStream final : public Watcher::Call {
       begun_ = true;
       broken_since_ = SteadyTime::InfiniteFuture();
       backoff_.Reset();
-      const bool whole = !message.more();
-      absl::Status status = Take(message);
-      if (status.ok() && whole) status = CheckOrder();
-      if (!status.ok()) {
+      absl::StatusOr<std::optional<WatchEvent>> event = decoder_.Take(message);
+      if (!event.ok()) {
         Cancel();
         Drain();
-        Finish(BadAnswer(status));
-      } else if (whole) {
-        return Deliver();
+        Finish(BadAnswer(event.status()));
+      } else if (*event) {
+        return Deliver(**std::move(event));
       }
     }
     return std::nullopt;
   }
 
   const absl::Status& status() const override { return status_; }
-  std::optional<Revision> revision() const override { return told_; }
-  uint64_t incarnation() const override { return incarnation_; }
+  std::optional<Revision> revision() const override { return decoder_.revision(); }
+  uint64_t incarnation() const override { return decoder_.incarnation(); }
   int num_resumed() const override { return num_resumed_; }
 
   void Cancel() override {
@@ -180,46 +176,16 @@ class WatchStream final : public Watcher::Call {
     status_ = std::move(status);
   }
 
-  absl::Status Take(const Response& message) {
-    if (!pending_) pending_.emplace();
-    pending_->revision = message.revision();
-    pending_->incarnation = message.incarnation();
-    if (message.has_time()) pending_->time = wire::DecodeTime(message.time());
-    if (!message.author().empty()) pending_->author = message.author();
-    if constexpr (requires { message.map(); }) {
-      if (message.has_map()) pending_->map = wire::DecodeMapEntry(message.map());
-    }
-    pending_->snapshot |= message.snapshot();
-    pending_->reset |= message.reset();
-    pending_->num_changes += message.changes_size();
-    if (!options_.with_changes) return absl::OkStatus();
-    return wire::AppendChanges(message.changes(), pending_->changes);
-  }
-
-  // INVALID_ARGUMENT if the server repeats a revision or goes back.
-  absl::Status CheckOrder() const {
-    if (!told_ || pending_->snapshot) return absl::OkStatus();
-    const bool in_order =
-        pending_->num_changes == 0 ? pending_->revision >= *told_ : pending_->revision > *told_;
-    if (in_order) return absl::OkStatus();
-    return absl::InvalidArgumentError(
-        absl::StrCat("revision ", pending_->revision, " was told after ", *told_));
-  }
-
-  WatchEvent Deliver() {
-    told_ = pending_->revision;
-    incarnation_ = pending_->incarnation;
-    request_.set_start_revision(*told_);
-    request_.mutable_scope()->set_incarnation(incarnation_);
-    if (pending_->snapshot) pending_->reset |= std::exchange(starts_anew_, false);
-    WatchEvent event = *std::move(pending_);
-    pending_.reset();
+  WatchEvent Deliver(WatchEvent event) {
+    request_.set_start_revision(event.revision);
+    request_.mutable_scope()->set_incarnation(event.incarnation);
+    if (event.snapshot) event.reset |= std::exchange(starts_anew_, false);
     return event;
   }
 
   // Opens the next call, after a break with a pause, or finishes the watch.
   void Recover(absl::Status why) {
-    pending_.reset();
+    decoder_.DropPart();
     if (NeedsSnapshot(why) && options_.snapshot_when_compacted && request_.has_start_revision()) {
       request_.clear_start_revision();
       request_.mutable_scope()->clear_incarnation();
@@ -266,6 +232,7 @@ class WatchStream final : public Watcher::Call {
   const std::shared_ptr<Connection> connection_;
   const Method method_;
   const Options options_;
+  WatchDecoder<Response> decoder_;
   const Deadline deadline_;
   Request request_;  // for the next call
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
@@ -274,10 +241,7 @@ class WatchStream final : public Watcher::Call {
   Backoff backoff_;
   SteadyTime broken_since_ = SteadyTime::InfiniteFuture();
   bool begun_ = false;
-  bool starts_anew_ = false;           // the next snapshot replaces everything reported before
-  std::optional<WatchEvent> pending_;  // the part of a revision that has arrived
-  std::optional<Revision> told_;
-  uint64_t incarnation_ = 0;  // to which told_ belongs
+  bool starts_anew_ = false;  // the next snapshot replaces everything reported before
   int num_resumed_ = 0;
   bool finished_ = false;
   absl::Status status_;

@@ -9,6 +9,7 @@
 #include "base/status/status_macros.h"
 #include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
+#include "client_libs/cpp/outbox/outbox_delivery.h"
 #include "client_libs/cpp/outbox/outbox_queue.h"
 #include "client_libs/cpp/outbox/outbox_sender.h"
 #include "storage/outbox/outbox_file.h"

@@ -13,6 +13,7 @@
 #include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/replica/durable_copy.h"
+#include "client_libs/cpp/replica/feed_cursor.h"
 #include "client_libs/cpp/replica/replica.h"
 
 namespace hypermap::client {
@@ -48,9 +49,8 @@ class Feed {
   void Run();
   // Runs one call to its end, and returns the reason for that.
   absl::Status Follow();
-  absl::Status Take(const WatchEvent& event, bool is_first);
-  ReplicateOptions OptionsToGoOn() const;
-  void NoteEvent(const WatchEvent& event, bool is_first, bool had_another);
+  absl::Status Take(const WatchEvent& event);
+  void NoteEvent(const FeedCursor::Step& step);
   void NoteEnd(const absl::Status& why);
   // Returns false if the feed is being destroyed.
   bool Sleep(absl::Duration pause);
@@ -60,10 +60,8 @@ class Feed {
   const std::function<void(const KnownRevision&)> take_;
 
   // Used by the feed's thread only.
-  std::optional<KnownRevision> known_;
-  bool starts_anew_ = false;     // the server does not know known_
-  absl::Time opened_at_;         // when the current call was opened
-  Revision newest_at_open_ = 0;  // the map's newest revision then
+  FeedCursor cursor_;
+  absl::Time opened_at_;  // when the current call was opened
 
   mutable Mutex mutex_;
   mutable CondVar changed_;
