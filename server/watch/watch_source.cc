@@ -189,7 +189,7 @@ absl::StatusOr<WatchSource::Step> WatchSource::Next(SteadyTime now, grpc::Slice*
 
 bool WatchSource::TakeShared(SteadyTime now, grpc::Slice* message) {
   gathers_ = false;
-  if (holds_commits() || selection_ || feed().closed()) return false;
+  if (holds_commits() || selection_ || map_due_ || feed().closed()) return false;
   const Revision behind = feed().newest() - taken_;
   // Too far behind is an error, which Next reports.
   if (behind == 0 || behind > max_lag_) return false;

@@ -38,7 +38,9 @@ class MemoryFusionLog : public storage::FusionLog {
   absl::StatusOr<std::vector<std::pair<std::string, storage::FusionSettings>>> FusedLayers()
       override {
     std::vector<std::pair<std::string, storage::FusionSettings>> layers;
-    for (const auto& [name, layer] : layers_) layers.emplace_back(name, layer.settings);
+    for (const auto& [name, layer] : layers_) {
+      if (layer.settings) layers.emplace_back(name, *layer.settings);
+    }
     return layers;
   }
   absl::StatusOr<std::vector<storage::TrackId>> Tracks(const std::string& layer) override {
@@ -177,7 +179,8 @@ class MemoryFusionLog : public storage::FusionLog {
  private:
   using Name = std::pair<std::string, int64_t>;  // robot, sequence
   struct Layer {
-    storage::FusionSettings settings;
+    // Absent until the first change of the layer: a reader may ask for a layer that is not there.
+    std::optional<storage::FusionSettings> settings;
     std::map<Name, storage::LoggedObservation> observations;
     std::set<Name> forgotten;
     std::set<ObservationKey> retracted;

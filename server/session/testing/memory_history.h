@@ -29,6 +29,15 @@ class MemoryHistory {
   };
   using EntryPtr = std::shared_ptr<const Entry>;
 
+  std::shared_ptr<MemoryHistory> Copy() const {
+    auto copy = std::make_shared<MemoryHistory>();
+    MutexLock lock(&mutex_);
+    MutexLock lock_of_copy(&copy->mutex_);
+    copy->oldest_ = oldest_;
+    copy->entries_ = entries_;
+    return copy;
+  }
+
   // Adds the map as it was created.
   void Begin(SnapshotPtr snapshot, absl::Time time) {
     const Revision revision = snapshot->revision;

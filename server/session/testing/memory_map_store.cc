@@ -120,6 +120,28 @@ void MemoryDisk::FailDeletions(absl::Status status) {
   deletion_status_ = std::move(status);
 }
 
+MemoryDisk::Image MemoryDisk::Save() const {
+  MutexLock lock(&mutex_);
+  Image image;
+  for (const auto& [name, file] : files_) {
+    auto copy = std::make_shared<File>(*file);
+    copy->history = file->history->Copy();
+    copy->open = false;
+    image.emplace(name, std::move(copy));
+  }
+  return image;
+}
+
+void MemoryDisk::Restore(const Image& image) {
+  MutexLock lock(&mutex_);
+  files_.clear();
+  for (const auto& [name, file] : image) {
+    auto copy = std::make_shared<File>(*file);
+    copy->history = file->history->Copy();
+    files_.emplace(name, std::move(copy));
+  }
+}
+
 std::vector<size_t> MemoryDisk::writes() const {
   MutexLock lock(&mutex_);
   return writes_;

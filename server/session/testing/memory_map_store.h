@@ -18,6 +18,8 @@ namespace hypermap::server {
 
 // The storage behind MemoryMapStore, with which tests delay, fail and count writes. Thread safe.
 class MemoryDisk {
+  struct File;
+
  public:
   // Makes writes wait until Release.
   void Hold();
@@ -33,6 +35,12 @@ class MemoryDisk {
   void FailCreationsLate(absl::Status status);
   // Makes all deletions of maps fail with `status`.
   void FailDeletions(absl::Status status);
+  // The maps at one moment. Cheap to copy.
+  using Image = std::map<std::string, std::shared_ptr<const File>>;
+  Image Save() const;
+  // Makes the maps those of an image, as a crash leaves them. Maps that were open before see and
+  // write files that nobody else has any more.
+  void Restore(const Image& image);
   // The number of commits in each successful write.
   std::vector<size_t> writes() const;
 

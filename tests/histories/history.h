@@ -1,0 +1,26 @@
+// One simulated history: a server, robots, and everything that goes wrong between them.
+#ifndef HYPERMAP_TESTS_HISTORIES_HISTORY_H_
+#define HYPERMAP_TESTS_HISTORIES_HISTORY_H_
+
+#include <cstdint>
+#include <string>
+
+#include "tests/histories/plant.h"
+
+namespace hypermap::histories {
+
+struct Outcome {
+  std::string violation;  // the first broken promise; empty if all were kept
+  int64_t events = 0;
+  int64_t revisions = 0;
+  int64_t crashes = 0;
+};
+
+// Runs the history of a seed to its end, or to the first broken promise. Equal arguments give equal
+// outcomes. `folder`: for files that live as long as the call. With
+// `traces`, writes what happens to stderr.
+Outcome RunHistory(uint64_t seed, Plant plant, const std::string& folder, bool traces = false);
+
+}  // namespace hypermap::histories
+
+#endif  // HYPERMAP_TESTS_HISTORIES_HISTORY_H_
