@@ -16,6 +16,7 @@
 #include "tests/histories/schedule.h"
 #include "tests/histories/server.h"
 #include "tests/histories/server_disk.h"
+#include "tests/histories/volume.h"
 
 namespace hypermap::histories {
 namespace {
@@ -24,6 +25,11 @@ namespace {
 constexpr int64_t kMaxEvents = 20'000;
 // Events after which nothing goes wrong any more.
 constexpr int64_t kMaxEventsWithFaults = 5'000;
+
+// Share of the histories whose maps are in files.
+constexpr double kGeoPackage = 0.02;
+// Share of the outboxes that get more than a few entries.
+constexpr double kManyEntries = 0.01;
 
 server::FusionOptions Fusion() {
   server::FusionOptions fusion;
@@ -45,12 +51,21 @@ EditBatch Layers() {
   return {{CreateLayer{things}, CreateLayer{seen}, CreateLayer{floor}}};
 }
 
+// Draws the same number in any case, so that a seed has about the same history with any files.
+bool IsInFiles(Schedule& schedule, Files files) {
+  const bool drawn = schedule.Chance(kGeoPackage);
+  return files == Files::kAny ? drawn : files == Files::kGeoPackage;
+}
+
 class History {
  public:
-  History(uint64_t seed, Plant plant, const std::string& folder, bool traces)
+  History(uint64_t seed, Plant plant, Files files, const std::string& folder, bool traces)
       : schedule_(seed, traces),
         record_(Fusion()),
-        disk_(&schedule_, &record_, plant, [this] { EndServerSoon(); }),
+        in_files_(IsInFiles(schedule_, files)),
+        volume_(in_files_ ? MakeGeoPackageVolume(&schedule_, folder + "/server")
+                          : MakeMemoryVolume()),
+        disk_(&schedule_, &record_, volume_.get(), plant, [this] { EndServerSoon(); }),
         network_(&schedule_, [this] { return server_ ? server_.get() : nullptr; }),
         plant_(plant),
         folder_(folder) {}
@@ -63,7 +78,7 @@ class History {
     SetFaults(false);
     RunUntil([this] { return RobotsAreDone() && MirrorsAreUpToDate(); });
     for (const auto& robot : outboxes_) robot->CheckDelivered();
-    return {record_.violation(), schedule_.num_run(), record_.newest(), crashes_};
+    return {record_.violation(), schedule_.num_run(), record_.newest(), crashes_, in_files_};
   }
 
  private:
@@ -71,6 +86,7 @@ class History {
   void SetFaults(bool faults) {
     faults_ = faults;
     disk_.set_faults(faults);
+    volume_->set_faults(faults);
     network_.set_faults(faults);
   }
   // Kills and restarts processes from time to time, while there are faults.
@@ -87,6 +103,8 @@ class History {
 
   Schedule schedule_;
   Record record_;
+  const bool in_files_;
+  const std::unique_ptr<Volume> volume_;
   ServerDisk disk_;
   Network network_;
   const Plant plant_;
@@ -127,9 +145,11 @@ void History::Begin() {
     mirrors_.push_back(std::make_unique<Mirror>(&schedule_, &network_, &record_, plant_));
   }
   if (schedule_.Chance(0.5)) {
-    outboxes_.push_back(std::make_unique<OutboxRobot>(&schedule_, &network_, &record_,
-                                                      folder_ + "/outbox.db",
-                                                      static_cast<int>(schedule_.Pick(1, 10))));
+    // Of many entries, some come so late that they wait until they are folded in advance.
+    const int64_t num_entries =
+        schedule_.Chance(kManyEntries) ? schedule_.Pick(120, 150) : schedule_.Pick(1, 10);
+    outboxes_.push_back(std::make_unique<OutboxRobot>(
+        &schedule_, &network_, &record_, folder_ + "/outbox.db", static_cast<int>(num_entries)));
   }
 }
 
@@ -220,8 +240,9 @@ std::string History::Waiting() {
 
 }  // namespace
 
-Outcome RunHistory(uint64_t seed, Plant plant, const std::string& folder, bool traces) {
-  return History(seed, plant, folder, traces).Run();
+Outcome RunHistory(uint64_t seed, Plant plant, Files files, const std::string& folder,
+                   bool traces) {
+  return History(seed, plant, files, folder, traces).Run();
 }
 
 }  // namespace hypermap::histories

@@ -78,7 +78,8 @@ void OutboxRobot::Open() {
 
 void OutboxRobot::PutNext() {
   if (next_ >= num_entries_) return;
-  schedule_->After(schedule_->Pick(absl::ZeroDuration(), absl::Milliseconds(400)), [this] {
+  const absl::Duration longest = absl::Milliseconds(num_entries_ > 20 ? 20 : 400);
+  schedule_->After(schedule_->Pick(absl::ZeroDuration(), longest), [this] {
     if (queue_) PutEntry();
     PutNext();
   });

@@ -24,6 +24,10 @@ void Record::Committed(absl::Span<const storage::Commit> commits) {
   for (const storage::Commit& commit : commits) Commit(commit);
 }
 
+void Record::MayBeCommitted(absl::Span<const storage::Commit> commits) {
+  perhaps_.assign(commits.begin(), commits.end());
+}
+
 void Record::Commit(const storage::Commit& commit) {
   const SnapshotPtr& snapshot = commit.applied.snapshot;
   const Revision revision = snapshot->revision;
@@ -81,6 +85,14 @@ void Record::CheckServer(const server::MapSession& session) {
 
 void Record::CheckStarted(const server::MapSession& session) {
   const SnapshotPtr snapshot = session.snapshot();
+  const std::vector<storage::Commit> perhaps = std::exchange(perhaps_, {});
+  const bool is_there =
+      !perhaps.empty() && snapshot->revision == perhaps.back().applied.snapshot->revision;
+  if (is_there) Committed(perhaps);
+  if (incarnation_ != 0 && session.incarnation() != incarnation_) {
+    Violate("one history: the map is another incarnation after a crash");
+  }
+  incarnation_ = session.incarnation();
   if (snapshot->revision != newest()) {
     return Violate(absl::StrCat("durable: the server has revision ", snapshot->revision,
                                 " after a crash, and had ", newest(), " before"));

@@ -38,9 +38,13 @@ class Record {
   // Commits are on disk. Promises: one history without gaps; each request and each observation is
   // carried out once; a fused layer is the fold of its log.
   void Committed(absl::Span<const storage::Commit> commits);
+  // The process was killed while it wrote these commits: they are on disk, all or none of them, as
+  // the next start shows.
+  void MayBeCommitted(absl::Span<const storage::Commit> commits);
   // The state of a running server. Promise: what is visible is on disk, and the other way round.
   void CheckServer(const server::MapSession& session);
-  // The server was started. Promise: it has all that was ever on disk.
+  // The server was started. Promise: it has all that was ever on disk, and the map is the same
+  // incarnation.
   void CheckStarted(const server::MapSession& session);
   // The server has answered a request with this revision. Promise: the revision contains it.
   void Acknowledged(const std::string& request_id, Revision revision);
@@ -75,6 +79,8 @@ class Record {
   const server::FusionOptions fusion_;
   std::string violation_;
   std::map<Revision, Made> made_;
+  std::vector<storage::Commit> perhaps_;  // MayBeCommitted
+  uint64_t incarnation_ = 0;
   std::map<std::string, Revision> requests_;
   std::set<std::pair<std::string, int64_t>> observations_;  // robot, sequence
   std::map<std::string, int64_t> observed_;                 // by label

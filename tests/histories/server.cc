@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "base/time/server_clock.h"
 
@@ -30,7 +31,8 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(Schedule* schedule, Server
   session.fusion = options.fusion;
   session.executor = schedule;
   session.clock = std::make_shared<ServerClock>(schedule);
-  HYPERMAP_ASSIGN_OR_RETURN(server->site_, server::Site::Open(disk->Open(), session));
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store, disk->Open());
+  HYPERMAP_ASSIGN_OR_RETURN(server->site_, server::Site::Open(std::move(store), session));
   HYPERMAP_ASSIGN_OR_RETURN(server->session_, server->site_->Find(kMap));
   server->facilities_.site = server->site_.get();
   server->facilities_.limits = options.limits;
@@ -54,8 +56,19 @@ Server::~Server() {
   if (site_) site_->Close();
 }
 
-Server::EditDone Server::AnswerOf(EditDone done, const std::string& /*request_id*/) const {
-  return UnlessKilled<client::EditAnswer>(std::move(done));
+Server::EditDone Server::AnswerOf(EditDone done, const std::string& request_id) const {
+  // Of a request that waits twice, the copy that is judged first may be refused, and the other not.
+  const bool was_done = record_->has_request(request_id);
+  return UnlessKilled<client::EditAnswer>([this, was_done, request_id, done = std::move(done)](
+                                              absl::StatusOr<client::EditAnswer> answer) {
+    const absl::Status& status = answer.status();
+    const bool is_final = !absl::IsUnavailable(status) && !absl::IsResourceExhausted(status);
+    if (was_done && !answer.ok() && is_final) {
+      record_->Violate(absl::StrCat("exactly once: request ", request_id,
+                                    " was refused after it was carried out: ", status.ToString()));
+    }
+    done(std::move(answer));
+  });
 }
 
 void Server::ApplyEdits(EditBatch batch, const std::string& request_id, EditDone done) {

@@ -73,6 +73,7 @@ class Server {
       if (!disk->is_killed()) done(std::move(answer));
     };
   }
+  // Promise: a request that was carried out gets its answer again.
   EditDone AnswerOf(EditDone done, const std::string& request_id) const;
   void Run(const std::shared_ptr<Stream>& stream);
   void RunAfter(const std::shared_ptr<Stream>& stream, absl::Duration delay);

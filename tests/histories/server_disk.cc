@@ -8,8 +8,7 @@ namespace hypermap::histories {
 namespace {
 
 constexpr double kDiskFull = 0.03;
-constexpr double kKilledBefore = 0.01;
-constexpr double kKilledAfter = 0.02;
+constexpr double kKilled = 0.03;
 constexpr double kMarkFails = 0.05;
 constexpr double kPlanted = 0.1;
 constexpr uint64_t kIncarnation = 7;
@@ -21,6 +20,8 @@ class FaultyMap : public storage::StoredMap {
       : disk_(disk), map_(std::move(map)) {}
 
   const storage::MapHeader& header() const override { return map_->header(); }
+  std::vector<std::string> opening_notes() const override { return map_->opening_notes(); }
+  absl::Status CheckFile() override { return map_->CheckFile(); }
   absl::StatusOr<SnapshotPtr> Load() override { return map_->Load(); }
   absl::Status Write(absl::Span<const storage::Commit> commits) override {
     return disk_->Write(*map_, commits);
@@ -54,93 +55,122 @@ class FaultyMap : public storage::StoredMap {
 
 class FaultyStore : public storage::MapStore {
  public:
-  FaultyStore(ServerDisk* disk, server::MemoryDisk* memory) : disk_(disk), store_(memory) {}
+  FaultyStore(ServerDisk* disk, std::unique_ptr<storage::MapStore> store)
+      : disk_(disk), store_(std::move(store)) {}
 
-  absl::StatusOr<std::vector<std::string>> List() override { return store_.List(); }
+  absl::StatusOr<std::vector<std::string>> List() override { return store_->List(); }
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> Create(
       const storage::MapHeader& header) override {
-    return store_.Create(header);
+    return store_->Create(header);
   }
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> Open(const std::string& name) override {
-    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> map, store_.Open(name));
+    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> map, store_->Open(name));
     return std::make_unique<FaultyMap>(disk_, std::move(map));
   }
   absl::Status Delete(const std::string& name, const std::string& request_id) override {
-    return store_.Delete(name, request_id);
+    return store_->Delete(name, request_id);
   }
   absl::StatusOr<std::optional<std::string>> FindDeletion(const std::string& request_id) override {
-    return store_.FindDeletion(request_id);
+    return store_->FindDeletion(request_id);
   }
 
  private:
   ServerDisk* const disk_;
-  server::MemoryMapStore store_;
+  const std::unique_ptr<storage::MapStore> store_;
 };
 
 }  // namespace
 
-ServerDisk::ServerDisk(Schedule* schedule, Record* record, Plant plant,
+ServerDisk::ServerDisk(Schedule* schedule, Record* record, Volume* volume, Plant plant,
                        std::function<void()> killed)
-    : schedule_(schedule), record_(record), plant_(plant), killed_(std::move(killed)) {}
+    : schedule_(schedule),
+      record_(record),
+      volume_(volume),
+      plant_(plant),
+      killed_(std::move(killed)) {}
 
 absl::Status ServerDisk::CreateMap() {
   storage::MapHeader header{kMap, "map", schedule_->Wall(), ""};
   header.incarnation = kIncarnation;
-  return server::MemoryMapStore(&memory_).Create(header).status();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::MapStore> store, volume_->Open());
+  return store->Create(header).status();
 }
 
-std::unique_ptr<storage::MapStore> ServerDisk::Open() {
-  return std::make_unique<FaultyStore>(this, &memory_);
+absl::StatusOr<std::unique_ptr<storage::MapStore>> ServerDisk::Open() {
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store, volume_->Open());
+  return std::make_unique<FaultyStore>(this, std::move(store));
 }
 
 void ServerDisk::Kill() {
-  if (is_killed()) return;
-  killed_at_ = synced_ ? *std::move(synced_) : memory_.Save();
-  synced_.reset();
+  if (is_killed_) return;
+  volume_->Crash();
+  IsKilled();
+}
+
+void ServerDisk::IsKilled() {
+  is_killed_ = true;
   early_.clear();
   killed_();
 }
 
 void ServerDisk::Restart() {
-  memory_.Restore(*killed_at_);
-  killed_at_.reset();
+  volume_->Restart();
+  is_killed_ = false;
 }
 
 absl::Status ServerDisk::CheckWritable() {
-  if (is_killed()) return absl::UnavailableError("the process was killed");
+  if (is_killed_) return absl::UnavailableError("the process was killed");
   if (faults_ && schedule_->Chance(kMarkFails)) return absl::ResourceExhaustedError("disk full");
   return absl::OkStatus();
 }
 
 absl::Status ServerDisk::Write(storage::StoredMap& map, absl::Span<const storage::Commit> commits) {
-  if (is_killed()) return absl::UnavailableError("the process was killed");
+  HYPERMAP_RETURN_IF_ERROR(is_killed_ ? absl::UnavailableError("the process was killed")
+                                      : absl::OkStatus());
   if (faults_ && schedule_->Chance(kDiskFull)) return absl::ResourceExhaustedError("disk full");
-  if (faults_ && schedule_->Chance(kKilledBefore)) {
-    Kill();
-    return absl::UnavailableError("the process was killed");
-  }
   if (!early_.empty()) HYPERMAP_RETURN_IF_ERROR(Store(map, std::exchange(early_, {})));
+  if (faults_ && schedule_->Chance(kKilled)) return DieDuring(map, commits);
   if (plant_ == Plant::kPublishEarly && faults_ && schedule_->Chance(kPlanted)) {
     early_.assign(commits.begin(), commits.end());
     return absl::OkStatus();
   }
-  const bool syncs = plant_ != Plant::kSkipSync || !schedule_->Chance(kPlanted);
-  if (!syncs && !synced_) synced_ = memory_.Save();
-  HYPERMAP_RETURN_IF_ERROR(Store(map, commits));
-  if (syncs) synced_.reset();
-  if (!faults_ || !schedule_->Chance(kKilledAfter)) return absl::OkStatus();
-  Kill();
-  return absl::UnavailableError("the process was killed");
+  return Store(map, commits);
 }
 
 absl::Status ServerDisk::Store(storage::StoredMap& map, absl::Span<const storage::Commit> commits) {
-  HYPERMAP_RETURN_IF_ERROR(map.Write(commits));
+  volume_->BeginWrite(plant_ != Plant::kSkipSync || !schedule_->Chance(kPlanted));
+  const absl::Status written = map.Write(commits);
+  volume_->EndWrite();
+  HYPERMAP_RETURN_IF_ERROR(written);
   for (const storage::Commit& commit : commits) {
     schedule_->Trace("disk: revision ", commit.applied.snapshot->revision, " by ", commit.author,
                      " ", commit.request_id);
   }
   record_->Committed(commits);
   return absl::OkStatus();
+}
+
+absl::Status ServerDisk::DieDuring(storage::StoredMap& map,
+                                   absl::Span<const storage::Commit> commits) {
+  const absl::Status killed = absl::UnavailableError("the process was killed");
+  switch (schedule_->Pick(0, 2)) {
+    case 0:
+      Kill();
+      return killed;
+    case 1:
+      HYPERMAP_RETURN_IF_ERROR(Store(map, commits));
+      Kill();
+      return killed;
+    default:
+      volume_->BeginWrite(/*syncs=*/true);
+      const absl::Status written = map.Write(commits);
+      volume_->EndWrite();
+      HYPERMAP_RETURN_IF_ERROR(written);
+      volume_->CrashDuringLastWrite();
+      record_->MayBeCommitted(commits);
+      IsKilled();
+      return killed;
+  }
 }
 
 }  // namespace hypermap::histories

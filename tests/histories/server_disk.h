@@ -4,39 +4,39 @@
 
 #include <functional>
 #include <memory>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/types/span.h"
-#include "server/session/testing/memory_map_store.h"
 #include "storage/map_store.h"
 #include "tests/histories/plant.h"
 #include "tests/histories/record.h"
 #include "tests/histories/schedule.h"
+#include "tests/histories/volume.h"
 
 namespace hypermap::histories {
 
 inline constexpr char kMap[] = "site";
 
-// A disk that is full at times, and on which the process is killed before or after a write. Every
-// commit that reaches it is recorded.
+// A volume that is full at times, and on which the process is killed before, during or after a
+// write. Every commit that reaches it is recorded.
 class ServerDisk {
  public:
   // All must outlive this. `killed` is called when the process is killed during a write.
-  ServerDisk(Schedule* schedule, Record* record, Plant plant, std::function<void()> killed);
+  ServerDisk(Schedule* schedule, Record* record, Volume* volume, Plant plant,
+             std::function<void()> killed);
 
   // Makes the map, without commits.
   absl::Status CreateMap();
   // The store as a server process sees it.
-  std::unique_ptr<storage::MapStore> Open();
+  absl::StatusOr<std::unique_ptr<storage::MapStore>> Open();
 
   // With faults, writes fail at random.
   void set_faults(bool faults) { faults_ = faults; }
   // The process is killed now: whatever it does from here on until Restart is lost.
   void Kill();
-  bool is_killed() const { return killed_at_.has_value(); }
+  bool is_killed() const { return is_killed_; }
   // Must be called after a kill when the process is gone.
   void Restart();
 
@@ -46,17 +46,18 @@ class ServerDisk {
 
  private:
   absl::Status Store(storage::StoredMap& map, absl::Span<const storage::Commit> commits);
+  // Does what a process does that is killed at some moment of a write.
+  absl::Status DieDuring(storage::StoredMap& map, absl::Span<const storage::Commit> commits);
+  void IsKilled();
 
   Schedule* const schedule_;
   Record* const record_;
+  Volume* const volume_;
   const Plant plant_;
   const std::function<void()> killed_;
   bool faults_ = false;
-  server::MemoryDisk memory_;
-  // The content that a crash would leave, if not all writes are synced.
-  std::optional<server::MemoryDisk::Image> synced_;
-  std::optional<server::MemoryDisk::Image> killed_at_;
-  // Kind::kPublishEarly: commits that were reported as written and are not.
+  bool is_killed_ = false;
+  // Plant::kPublishEarly: commits that were reported as written and are not.
   std::vector<storage::Commit> early_;
 };
 
