@@ -22,7 +22,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
 .PHONY: api package package-server deps-server test-packages
-.PHONY: nightly attack prove prove-linearizable $(PROOFS)
+.PHONY: nightly attack prove prove-histories prove-linearizable $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -36,6 +36,7 @@ help:
 	@echo 'make prove                 long proofs of the promises about revisions, or one of them:'
 	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
 	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help),'
+	@echo '                           prove-histories [HISTORIES=100000],'
 	@echo '                           prove-linearizable [HISTORIES=1000] (Go 1.24)'
 	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
 	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times, attacks'
@@ -111,7 +112,7 @@ e2e: build build/.deps-test web
 asan tsan: build/.deps-build build/.deps-test
 	@cmake --preset $@ $(CMAKE_ARGS)
 	@cmake --build build/$@ --parallel $(JOBS) \
-	  $(if $(filter tsan,$@),--target unit_tests hypermapd hypermap_prove)
+	  $(if $(filter tsan,$@),--target unit_tests hypermapd hypermap_prove hypermap_histories)
 	@LSAN_OPTIONS=suppressions=$(CURDIR)/tests/lsan.supp:print_suppressions=0 \
 	  TSAN_OPTIONS=suppressions=$(CURDIR)/tests/tsan.supp:ignore_noninstrumented_modules=1:halt_on_error=1:second_deadlock_stack=1 \
 	  $(CTEST) --test-dir build/$@ --tests-regex '$(SANITIZED_TESTS)' \
@@ -144,13 +145,19 @@ $(PROOFS): build
 	@build/tests/hypermap_prove $(@:prove-%=%) --server build/bin/hypermapd \
 	  $(if $(findstring kill,$@),--history 1000) $(if $(findstring replica,$@),--edits 5000) $(if $(KILLS),--kills $(KILLS)) $(ARGS)
 
+# Simulated histories; planted bugs must be found by the first 1,000 seeds.
+prove-histories: build
+	@build/tests/hypermap_histories --histories $(or $(HISTORIES),100000) $(ARGS)
+	@for plant in skip_sync publish_early resume_late; do \
+	  build/tests/hypermap_histories --histories 1000 --plant $$plant 2>/dev/null || exit 1; done
+
 # In Go, because the checker is; skipped where Go is missing.
 prove-linearizable: build
 	@tests/linearizability/build.sh build && build/tests/hypermap_linearizability \
 	  --server build/bin/hypermapd --artifacts build/tests/linearizability \
 	  --histories $(or $(HISTORIES),1000) $(ARGS) || test $$? = 77
 
-prove: $(PROOFS) prove-linearizable
+prove: $(PROOFS) prove-histories prove-linearizable
 
 # Ends with a table, and with a line that names the attacks which are not defended.
 attack: build build/.deps-test

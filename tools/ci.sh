@@ -72,9 +72,9 @@ cat build/e2e/figures/*.txt 2>/dev/null || true
 
 LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0 \
   run_sanitized asan '^(unit|integration|prove)$' unit_tests hypermapd hypermap hypermap-ingest \
-  render_sequence hypermap_prove hypermap_proto_python
+  render_sequence hypermap_prove hypermap_histories hypermap_proto_python
 TSAN_OPTIONS=suppressions=$PWD/tests/tsan.supp:ignore_noninstrumented_modules=1:halt_on_error=1:second_deadlock_stack=1 \
-  run_sanitized tsan '^(unit|prove)$' unit_tests hypermapd hypermap_prove
+  run_sanitized tsan '^(unit|prove)$' unit_tests hypermapd hypermap_prove hypermap_histories
 
 # numbers LOG: of all tests and of failed ones, by ctest's summary such as "98% tests passed, 3 tests
 # failed out of 150", or by what it printed of each test before it was ended.
