@@ -21,6 +21,7 @@ void Record::Violate(absl::string_view what) {
 }
 
 void Record::Committed(absl::Span<const storage::Commit> commits) {
+  perhaps_.clear();
   for (const storage::Commit& commit : commits) Commit(commit);
 }
 

@@ -38,8 +38,8 @@ class Record {
   // Commits are on disk. Promises: one history without gaps; each request and each observation is
   // carried out once; a fused layer is the fold of its log.
   void Committed(absl::Span<const storage::Commit> commits);
-  // The process was killed while it wrote these commits: they are on disk, all or none of them, as
-  // the next start shows.
+  // The process was killed while it wrote these commits, or their write failed: unless others are
+  // written before, the next start shows whether they are on disk, all or none of them.
   void MayBeCommitted(absl::Span<const storage::Commit> commits);
   // The state of a running server. Promise: what is visible is on disk, and the other way round.
   void CheckServer(const server::MapSession& session);

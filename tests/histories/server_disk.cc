@@ -141,6 +141,8 @@ absl::Status ServerDisk::Store(storage::StoredMap& map, absl::Span<const storage
   volume_->BeginWrite(plant_ != Plant::kSkipSync || !schedule_->Chance(kPlanted));
   const absl::Status written = map.Write(commits);
   volume_->EndWrite();
+  // They may be there after a crash: a sync that failed does not take back what was written.
+  if (!written.ok()) record_->MayBeCommitted(commits);
   HYPERMAP_RETURN_IF_ERROR(written);
   for (const storage::Commit& commit : commits) {
     schedule_->Trace("disk: revision ", commit.applied.snapshot->revision, " by ", commit.author,
@@ -165,9 +167,9 @@ absl::Status ServerDisk::DieDuring(storage::StoredMap& map,
       volume_->BeginWrite(/*syncs=*/true);
       const absl::Status written = map.Write(commits);
       volume_->EndWrite();
+      record_->MayBeCommitted(commits);
       HYPERMAP_RETURN_IF_ERROR(written);
       volume_->CrashDuringLastWrite();
-      record_->MayBeCommitted(commits);
       IsKilled();
       return killed;
   }
