@@ -22,9 +22,14 @@ class FaultyMap : public storage::StoredMap {
   const storage::MapHeader& header() const override { return map_->header(); }
   std::vector<std::string> opening_notes() const override { return map_->opening_notes(); }
   absl::Status CheckFile() override { return map_->CheckFile(); }
+  absl::Status damage() const override { return map_->damage(); }
   absl::StatusOr<SnapshotPtr> Load() override { return map_->Load(); }
   absl::Status Write(absl::Span<const storage::Commit> commits) override {
     return disk_->Write(*map_, commits);
+  }
+  absl::Status TryWrite() override {
+    HYPERMAP_RETURN_IF_ERROR(disk_->CheckWritable());
+    return map_->TryWrite();
   }
   absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(
       absl::string_view request_id) override {
@@ -67,6 +72,7 @@ class FaultyStore : public storage::MapStore {
     HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> map, store_->Open(name));
     return std::make_unique<FaultyMap>(disk_, std::move(map));
   }
+  std::string FileStamp(const std::string& name) override { return store_->FileStamp(name); }
   absl::Status Delete(const std::string& name, const std::string& request_id) override {
     return store_->Delete(name, request_id);
   }
