@@ -326,6 +326,30 @@ TEST(WatchSourceTest, ACommitThatTakesManyStepsIsChargedWhenTheFeedDropsIt) {
   EXPECT_GT(meter.taken(), kCellsPerTile);
 }
 
+// The first message of a replica describes the map, which messages for all watches do not.
+TEST(WatchSourceTest, SharedMessagesDoNotComeBeforeTheFirstOneOfAReplica) {
+  TestServer server;
+  server.MakeMap("site", LayerOfCells("cells", 8, 8));
+  WorkerPools workers(1);
+  const Facilities facilities{&server.site(), {}, &workers, "", nullptr};
+  const WatchTuning tuning;
+  WatchGroups groups(Limits(), tuning);
+  v1::ReplicateRequest request;
+  request.mutable_scope()->set_map("site");
+  request.set_start_revision(1);
+  const auto source = *WatchSource::Open(facilities, tuning, &groups, request);
+  MapSession& session = **server.site().Find("site");
+  ASSERT_TRUE(
+      session.SubmitAndWait({{{hypermap::WriteCells{"cells", {0, 1, 0, 1}, {0.5}}}}, "", ""}).ok());
+  grpc::Slice bytes;
+  EXPECT_FALSE(source->TakeShared(SteadyTime::Now(), &bytes));
+  ASSERT_EQ(*source->Next(SteadyTime::Now(), &bytes), WatchSource::Step::kMessage);
+  v1::ReplicateResponse first;
+  ASSERT_TRUE(first.ParseFromArray(bytes.begin(), static_cast<int>(bytes.size())));
+  EXPECT_TRUE(first.has_map());
+  EXPECT_TRUE(source->TakeShared(SteadyTime::Now(), &bytes));
+}
+
 // Random edits that reset no watch.
 std::vector<hypermap::Edit> RandomEdits(Rng& rng, Revision revision, std::vector<ObjectId>& live) {
   if (UniformInt(rng, 0, 15) == 0) return {Layer(absl::StrCat("layer-", revision))};
