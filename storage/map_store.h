@@ -134,9 +134,11 @@ class StoredMap {
   virtual absl::StatusOr<SnapshotPtr> Load() = 0;
 
   // Writes the commits in order, durably and in one transaction. On error none of them is stored
-  // and the map is unchanged. UNAVAILABLE and RESOURCE_EXHAUSTED (disk full) may pass, so that a
-  // retry makes sense; DATA_LOSS does not. An error of CheckFile may come after the commits were
-  // written to files that are no longer the map's.
+  // and the map is unchanged. But if the process ends before anything else is written, all of them
+  // may be found stored: a sync that failed does not take back what was written. UNAVAILABLE and
+  // RESOURCE_EXHAUSTED (disk full) may pass, so that a retry makes sense; DATA_LOSS does not. An
+  // error of CheckFile may come after the commits were written to files that are no longer the
+  // map's.
   virtual absl::Status Write(absl::Span<const Commit> commits) = 0;
 
   // Writes durably without changing the map: OK if a small commit could be written now. Errors as
