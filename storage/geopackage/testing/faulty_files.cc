@@ -14,8 +14,6 @@
 
 namespace hypermap::storage {
 
-using ::hypermap::testing::UniformInt;
-
 // An open file. The file of the real VFS follows it in the memory that SQLite has allocated.
 struct FaultyFile {
   sqlite3_file base;
@@ -304,122 +302,6 @@ int FaultyFiles::Access(sqlite3_vfs* vfs, const char* path, int flags, int* resu
   FaultyFiles* self = Of(vfs);
   if (self->Fails(FileCall::kAccess, self->NameOf(path))) return self->fault_.code;
   return self->real_->xAccess(self->real_, path, flags, result);
-}
-
-void SimulatedDisk::Apply(const FileEvent& event) {
-  switch (event.kind) {
-    case FileEvent::Kind::kAppear:
-      files_[event.file].durable = event.bytes;
-      durable_names_[event.name] = event.file;
-      break;
-    case FileEvent::Kind::kCreate:
-    case FileEvent::Kind::kRemove:
-      pending_names_.push_back(&event);
-      break;
-    case FileEvent::Kind::kRename:
-    case FileEvent::Kind::kVanish:
-      SyncNames();
-      ChangeNames(event, &durable_names_);
-      break;
-    case FileEvent::Kind::kWrite:
-    case FileEvent::Kind::kTruncate:
-      files_[event.file].pending.push_back(&event);
-      break;
-    case FileEvent::Kind::kSync: {
-      File& file = files_[event.file];
-      for (const FileEvent* change : file.pending) CarryOut(*change, &file.durable);
-      file.pending.clear();
-      break;
-    }
-    case FileEvent::Kind::kSyncFailed: {
-      // Linux marks the pages as clean, so that the next sync does not write them either
-      // (https://wiki.postgresql.org/wiki/Fsync_Errors).
-      File& file = files_[event.file];
-      file.durable = SomeOf(file);
-      file.pending.clear();
-      break;
-    }
-    case FileEvent::Kind::kSyncFolder:
-      SyncNames();
-      break;
-    case FileEvent::Kind::kNote:
-      break;
-  }
-}
-
-std::map<std::string, std::string> SimulatedDisk::LosePower() {
-  std::map<std::string, int> names = durable_names_;
-  const int kept = UniformInt(rng_, 0, static_cast<int>(pending_names_.size()));
-  for (int i = 0; i < kept; ++i) ChangeNames(*pending_names_[i], &names);
-  std::map<std::string, std::string> result;
-  for (const auto& [name, file] : names) result[name] = SomeOf(files_[file]);
-  return result;
-}
-
-std::string SimulatedDisk::SomeOf(const File& file) {
-  std::string bytes = file.durable;
-  if (file.pending.empty()) return bytes;
-  enum Outcome { kNothing, kEverything, kBeginning, kAnySubset, kAnySectors };
-  const int outcome = UniformInt(rng_, kNothing, kAnySectors);
-  const int size = static_cast<int>(file.pending.size());
-  // The number of a change before which all are kept.
-  int end = 0;
-  if (outcome == kEverything) end = size;
-  if (outcome == kBeginning) end = UniformInt(rng_, 0, size);
-  for (int i = 0; i < size; ++i) {
-    const FileEvent& change = *file.pending[i];
-    bool is_kept = i < end;
-    if (outcome == kAnySubset) is_kept = UniformInt(rng_, 0, 1) == 0;
-    if (outcome == kAnySectors) is_kept = UniformInt(rng_, 0, 2) == 0;
-    const bool is_torn = !is_kept && (i == end || outcome == kAnySectors) && outcome != kNothing;
-    if (is_kept) {
-      CarryOut(change, &bytes);
-    } else if (is_torn && change.kind == FileEvent::Kind::kWrite) {
-      WriteSectors(change, &bytes);
-    }
-  }
-  return bytes;
-}
-
-void SimulatedDisk::WriteSectors(const FileEvent& write, std::string* bytes) {
-  constexpr int64_t kSector = 512;
-  const auto end = write.offset + static_cast<int64_t>(write.bytes.size());
-  const auto size = static_cast<int64_t>(bytes->size());
-  // A file that has grown may have got its new size before its content.
-  const bool is_garbage = UniformInt(rng_, 0, 1) == 0;
-  if (end > size) bytes->resize(end);
-  for (int64_t at = write.offset; at < end;) {
-    const int64_t next = std::min(end, (at / kSector + 1) * kSector);
-    if (UniformInt(rng_, 0, 1) == 0) {
-      bytes->replace(at, next - at, write.bytes, at - write.offset, next - at);
-    } else if (is_garbage) {
-      for (int64_t i = std::max(at, size); i < next; ++i) (*bytes)[i] = static_cast<char>(rng_());
-    }
-    at = next;
-  }
-}
-
-void SimulatedDisk::CarryOut(const FileEvent& event, std::string* bytes) {
-  if (event.kind == FileEvent::Kind::kTruncate) {
-    bytes->resize(std::min<size_t>(bytes->size(), event.offset));
-    return;
-  }
-  const size_t end = event.offset + event.bytes.size();
-  if (end > bytes->size()) bytes->resize(end);
-  std::copy(event.bytes.begin(), event.bytes.end(), bytes->begin() + event.offset);
-}
-
-void SimulatedDisk::ChangeNames(const FileEvent& event, std::map<std::string, int>* names) {
-  if (event.kind == FileEvent::Kind::kCreate || event.kind == FileEvent::Kind::kRename) {
-    (*names)[event.name] = event.file;
-  } else {
-    names->erase(event.name);
-  }
-}
-
-void SimulatedDisk::SyncNames() {
-  for (const FileEvent* event : pending_names_) ChangeNames(*event, &durable_names_);
-  pending_names_.clear();
 }
 
 }  // namespace hypermap::storage

@@ -1,4 +1,4 @@
-// Files that fail, and disks that lose power, for tests of what SQLite and the store above it keep.
+// Files that fail, for tests of what SQLite and the store above it keep.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_TESTING_FAULTY_FILES_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_TESTING_FAULTY_FILES_H_
 
@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "absl/strings/string_view.h"
-#include "tests/support/random_map.h"
+#include "storage/geopackage/testing/simulated_disk.h"
 
 namespace hypermap::storage {
 
@@ -39,29 +39,6 @@ struct FileFault {
   int first = 1;                  // the call that fails first, counted from 1
   int count = 1;                  // how many calls fail, one after the other
   bool writes_half = false;       // of a write: the first half of the bytes is written
-};
-
-// A change of the files of a folder, as SQLite asked for it.
-struct FileEvent {
-  enum class Kind {
-    kAppear,      // a file that has `bytes` and was there before SQLite opened it
-    kCreate,      // a new empty file called `name`
-    kRemove,      // the name is removed; durable after the next kSyncFolder
-    kRename,      // by others than SQLite: the file is called `name`
-    kVanish,      // by others than SQLite: the name is removed
-    kWrite,       // `bytes` at `offset`
-    kTruncate,    // to `offset` bytes
-    kSync,        // of the file
-    kSyncFailed,  // of the file: what was not on the disk may never be
-    kSyncFolder,
-    kNote,  // FaultyFiles::Note, with the note's number in `offset`
-  };
-  Kind kind = Kind::kNote;
-  int file = -1;  // the same for all names that the file has had
-  std::string name;
-  int64_t offset = 0;
-  std::string bytes;
-  std::string witness;  // content of FaultyFiles::witness_name at that moment
 };
 
 // A VFS of SQLite that is the default one as long as it lives. It records and counts the calls for
@@ -133,39 +110,6 @@ class FaultyFiles {
   FileFault fault_;
   int failed_ = 0;
   std::array<int, kNumFileCalls> calls_{};
-};
-
-// A disk on which recorded events happen, and which may lose power after any of them. Until a file
-// is synced, any of its writes and truncations may be lost, also when later ones are kept, and of a
-// write any sectors. Names are lost in the reverse order of their changes, as in a file system with
-// a journal.
-class SimulatedDisk {
- public:
-  explicit SimulatedDisk(uint64_t seed) : rng_(seed) {}
-
-  // The event must live as long as this object.
-  void Apply(const FileEvent& event);
-
-  // The names and contents of the files after a power loss now. Each call draws another outcome.
-  std::map<std::string, std::string> LosePower();
-
- private:
-  struct File {
-    std::string durable;
-    std::vector<const FileEvent*> pending;
-  };
-
-  // Carries out those of the pending changes that reach the disk.
-  std::string SomeOf(const File& file);
-  void WriteSectors(const FileEvent& write, std::string* bytes);
-  static void CarryOut(const FileEvent& event, std::string* bytes);
-  static void ChangeNames(const FileEvent& event, std::map<std::string, int>* names);
-  void SyncNames();
-
-  testing::Rng rng_;
-  std::map<int, File> files_;
-  std::map<std::string, int> durable_names_;
-  std::vector<const FileEvent*> pending_names_;
 };
 
 }  // namespace hypermap::storage
