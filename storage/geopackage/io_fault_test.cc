@@ -227,6 +227,8 @@ INSTANTIATE_TEST_SUITE_P(
     Calls, IoFaultTest,
     ::testing::Values(NamedFault{"Open", {FileCall::kOpen, SQLITE_CANTOPEN}},
                       NamedFault{"Read", {FileCall::kRead, SQLITE_IOERR_READ}},
+                      // SQLite's answer to EIO, which it takes for damage.
+                      NamedFault{"ReadWithEio", {FileCall::kRead, SQLITE_IOERR_CORRUPTFS}},
                       NamedFault{"Write", {FileCall::kWrite, SQLITE_IOERR_WRITE}},
                       NamedFault{"WriteToFullDisk", {FileCall::kWrite, SQLITE_FULL}},
                       NamedFault{"ShortWrite", {FileCall::kWrite, SQLITE_FULL, 1, 1, true}},

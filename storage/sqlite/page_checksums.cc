@@ -105,6 +105,8 @@ struct ChecksumFile {
   static int Read(sqlite3_file* file, void* data, int size, sqlite3_int64 offset) {
     ChecksumFile* const self = From(file);
     const int code = self->real->pMethods->xRead(self->real, data, size, offset);
+    // SQLite takes an EIO for damage of the file, but it may pass, such as that of a network's disk.
+    if (code == SQLITE_IOERR_CORRUPTFS) return SQLITE_IOERR_READ;
     if (code != SQLITE_OK) return code;
     self->Look(data, size, offset);
     if (!self->verifies || self->IsIntact(data, size, offset)) return SQLITE_OK;

@@ -19,6 +19,7 @@ absl::StatusCode CodeOf(int sqlite_code) {
   switch (sqlite_code & 0xff) {
     case SQLITE_BUSY:
     case SQLITE_LOCKED:
+    case SQLITE_PROTOCOL:  // no lock of the log could be taken for ten seconds
     case SQLITE_IOERR:
       return absl::StatusCode::kUnavailable;
     case SQLITE_FULL:
