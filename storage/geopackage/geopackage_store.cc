@@ -175,9 +175,8 @@ absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHead
 absl::StatusOr<FileLock> GeoPackageStore::MakeLockedFile(const MapHeader& header) {
   const std::string path = PathOf(header.name);
   const MutexLock lock(&mutex_);
-  if (PathExists(path)) {
-    return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
-  }
+  HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(path));
+  if (exists) return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
   HYPERMAP_RETURN_IF_ERROR(CompleteDeletions(header.name));
   // Before the file, so that the lack of one more open file is noticed while there is no map.
   HYPERMAP_ASSIGN_OR_RETURN(FileLock map_lock, LockMap(header.name));
@@ -232,7 +231,8 @@ absl::Status GeoPackageStore::CheckSingle(const std::string& name) const {
 absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::string& name) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const std::string path = PathOf(name);
-  if (!PathExists(path)) return absl::NotFoundError(absl::StrCat("no map ", name));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool found, FindPath(path));
+  if (!found) return absl::NotFoundError(absl::StrCat("no map ", name));
   HYPERMAP_RETURN_IF_ERROR(CheckSingle(name));
   HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(name));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GeoPackageMap> map,

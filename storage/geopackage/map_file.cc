@@ -40,7 +40,7 @@ PRAGMA journal_size_limit = 67108864;
 // closing it would release the POSIX locks that SQLite holds on it in this process.
 absl::StatusOr<int64_t> SizeOfFile(const std::string& path) {
   struct stat status;
-  if (stat(path.c_str(), &status) != 0) return absl::ErrnoToStatus(errno, path);
+  if (stat(path.c_str(), &status) != 0) return FileError(errno, path);
   if (!S_ISREG(status.st_mode)) return absl::FailedPreconditionError("not a regular file");
   if (status.st_size == 0) return absl::FailedPreconditionError("the file is empty");
   return status.st_size;
@@ -269,7 +269,7 @@ absl::Status SetLogAside(const std::string& path) {
   const std::string log = LogPathOf(path);
   const std::string orphan = OrphanPathOf(path);
   if (rename(log.c_str(), orphan.c_str()) != 0) {
-    return absl::ErrnoToStatus(errno, absl::StrCat("cannot rename ", log, " to ", orphan));
+    return FileError(errno, absl::StrCat("cannot rename ", log, " to ", orphan));
   }
   HYPERMAP_RETURN_IF_ERROR(RemoveFile(path + "-shm"));
   return SyncFolder(FolderOf(path));

@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <filesystem>
 #include <system_error>
 #include <utility>
@@ -29,9 +30,11 @@ std::string NameOf(const std::string& path) {
 // A folder that has the number of this deletion may be of an older one, whose record was lost with
 // catalog.sqlite. It gets another name, so that its map is not overwritten.
 absl::Status SetEarlierAside(const std::string& entry) {
-  int number = 1;
-  while (PathExists(absl::StrCat(entry, ".", number))) ++number;
-  return MoveFile(entry, absl::StrCat(entry, ".", number));
+  for (int number = 1;; ++number) {
+    const std::string aside = absl::StrCat(entry, ".", number);
+    HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(aside));
+    if (!exists) return MoveFile(entry, aside);
+  }
 }
 
 }  // namespace
@@ -66,7 +69,8 @@ absl::StatusOr<std::vector<Trash::Entry>> Trash::FindEntries() const {
   for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
     const std::string path = entry->path().string();
     struct stat status;
-    if (lstat(path.c_str(), &status) != 0 || !S_ISDIR(status.st_mode)) continue;
+    if (lstat(path.c_str(), &status) != 0) return FileError(errno, path);
+    if (!S_ISDIR(status.st_mode)) continue;
     entries.push_back({absl::TimeFromTimespec(status.st_mtim), path});
   }
   if (error) return absl::UnavailableError(absl::StrCat(folder_, ": ", error.message()));

@@ -15,13 +15,6 @@
 namespace hypermap::storage {
 namespace {
 
-absl::Status FileError(int error, const std::string& what) {
-  absl::Status status = absl::ErrnoToStatus(error, what);
-  // Such as EIO.
-  if (absl::IsUnknown(status)) return absl::UnavailableError(status.message());
-  return status;
-}
-
 absl::Status Sync(const std::string& path, int flags) {
   const int fd = open(path.c_str(), flags | O_RDONLY | O_CLOEXEC);
   if (fd < 0) return FileError(errno, absl::StrCat("cannot open ", path));
@@ -32,6 +25,15 @@ absl::Status Sync(const std::string& path, int flags) {
 }
 
 }  // namespace
+
+absl::Status FileError(int error, absl::string_view what) {
+  const absl::Status status = absl::ErrnoToStatus(error, what);
+  // Such as EIO.
+  if (absl::IsUnknown(status)) return absl::UnavailableError(status.message());
+  // No other user may write there either, and a disk that was made read-only may be mended.
+  if (error == EROFS) return absl::FailedPreconditionError(status.message());
+  return status;
+}
 
 std::string FolderOf(const std::string& path) {
   const std::string folder = std::filesystem::path(path).parent_path().string();
@@ -48,15 +50,20 @@ absl::Status MakeFolder(const std::string& path) {
   return absl::OkStatus();
 }
 
-bool PathExists(const std::string& path) {
+absl::StatusOr<bool> FindPath(const std::string& path) {
   struct stat status;
-  return lstat(path.c_str(), &status) == 0;
+  if (lstat(path.c_str(), &status) == 0) return true;
+  if (errno == ENOENT || errno == ENOTDIR) return false;
+  return FileError(errno, absl::StrCat("cannot look for ", path));
 }
+
+bool PathExists(const std::string& path) { return FindPath(path).value_or(true); }
 
 absl::Status SyncFolder(const std::string& path) { return Sync(path, O_DIRECTORY); }
 
 absl::Status PublishFile(const std::string& temporary, const std::string& path) {
-  if (PathExists(path)) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(path));
+  if (exists) return absl::AlreadyExistsError(absl::StrCat(path, " exists"));
   HYPERMAP_RETURN_IF_ERROR(Sync(temporary, 0));
   if (rename(temporary.c_str(), path.c_str()) != 0) {
     return FileError(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
@@ -75,7 +82,8 @@ absl::Status ReplaceFile(const std::string& temporary, const std::string& path) 
 }
 
 absl::Status LinkOrCopyFile(const std::string& from, const std::string& to) {
-  if (PathExists(to)) return absl::AlreadyExistsError(absl::StrCat(to, " exists"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(to));
+  if (exists) return absl::AlreadyExistsError(absl::StrCat(to, " exists"));
   if (link(from.c_str(), to.c_str()) == 0) return SyncFolder(FolderOf(to));
   std::error_code error;
   std::filesystem::copy_file(from, to, error);
@@ -90,7 +98,8 @@ absl::Status LinkOrCopyFile(const std::string& from, const std::string& to) {
 absl::Status MoveFile(const std::string& from, const std::string& to) {
   if (rename(from.c_str(), to.c_str()) == 0) return absl::OkStatus();
   const int error = errno;
-  if (!PathExists(from)) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(from));
+  if (!exists) return absl::OkStatus();
   return FileError(error, absl::StrCat("cannot rename ", from, " to ", to));
 }
 

@@ -19,7 +19,12 @@ std::string FolderOf(const std::string& path);
 absl::Status MakeFolder(const std::string& path);
 
 // Returns whether anything has that name, even a broken link.
+absl::StatusOr<bool> FindPath(const std::string& path);
+// The same, and true if that can't be told now.
 bool PathExists(const std::string& path);
+
+// The status of an error number of the calls below.
+absl::Status FileError(int error, absl::string_view what);
 
 // Makes the creation, renaming and removal of files in a folder durable.
 absl::Status SyncFolder(const std::string& path);

@@ -1,5 +1,6 @@
 #include "storage/sqlite/durable_file.h"
 
+#include <cerrno>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
@@ -27,6 +28,29 @@ TEST(ReplaceFileTest, TakesThePlaceOfTheOther) {
   EXPECT_FALSE(PathExists(folder / "new"));
   EXPECT_TRUE(absl::IsNotFound(ReplaceFile(folder / "none", folder / "file")));
   EXPECT_EQ(Read(folder / "file"), "new");
+}
+
+TEST(FindPathTest, PathThatCannotBeLookedForIsNotTakenForMissing) {
+  const testing::TemporaryFolder folder;
+  Write(folder / "file", "text");
+  EXPECT_TRUE(FindPath(folder / "file").value());
+  EXPECT_FALSE(FindPath(folder / "none").value());
+  EXPECT_FALSE(FindPath(folder / "file/none").value());
+  std::filesystem::create_symlink("loop", folder / "loop");
+  EXPECT_TRUE(FindPath(folder / "loop").value());
+  EXPECT_FALSE(FindPath(folder / "loop/file").ok());
+  EXPECT_TRUE(PathExists(folder / "loop/file"));
+  // Otherwise the file could take the place of one that is there.
+  EXPECT_FALSE(PublishFile(folder / "file", folder / "loop/file").ok());
+  EXPECT_EQ(Read(folder / "file"), "text");
+}
+
+TEST(FileErrorTest, TellsWhetherARetryMakesSense) {
+  EXPECT_TRUE(absl::IsUnavailable(FileError(EIO, "x")));
+  EXPECT_TRUE(absl::IsResourceExhausted(FileError(ENOSPC, "x")));
+  EXPECT_TRUE(absl::IsResourceExhausted(FileError(EMFILE, "x")));
+  EXPECT_TRUE(absl::IsFailedPrecondition(FileError(EROFS, "x")));
+  EXPECT_TRUE(absl::IsPermissionDenied(FileError(EACCES, "x")));
 }
 
 TEST(LinkOrCopyFileTest, BothNamesHaveTheContent) {
