@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "storage/sqlite/durable_file.h"
 
 namespace hypermap::storage {
 namespace {
@@ -64,6 +65,8 @@ struct ChecksumFile {
   bool keeps;        // pages have checksums
   bool verifies;
   int page_bytes;  // 0 until the header is known
+  // Of a new journal or log: its path, until its name is durable; otherwise null.
+  const char* unsynced_path;
 
   static ChecksumFile* From(sqlite3_file* file) { return reinterpret_cast<ChecksumFile*>(file); }
   static sqlite3_file* Real(sqlite3_file* file) { return From(file)->real; }
@@ -105,7 +108,8 @@ struct ChecksumFile {
   static int Read(sqlite3_file* file, void* data, int size, sqlite3_int64 offset) {
     ChecksumFile* const self = From(file);
     const int code = self->real->pMethods->xRead(self->real, data, size, offset);
-    // SQLite takes an EIO for damage of the file, but it may pass, such as that of a network's disk.
+    // SQLite takes an EIO for damage of the file, but it may pass, such as that of a network's
+    // disk.
     if (code == SQLITE_IOERR_CORRUPTFS) return SQLITE_IOERR_READ;
     if (code != SQLITE_OK) return code;
     self->Look(data, size, offset);
@@ -144,7 +148,14 @@ struct ChecksumFile {
     return Real(file)->pMethods->xTruncate(Real(file), size);
   }
   static int Sync(sqlite3_file* file, int flags) {
-    return Real(file)->pMethods->xSync(Real(file), flags);
+    const int code = Real(file)->pMethods->xSync(Real(file), flags);
+    ChecksumFile* const self = From(file);
+    if (code != SQLITE_OK || self->unsynced_path == nullptr) return code;
+    // SQLite syncs the folder, too, but takes no notice if that fails. After a power loss there
+    // might be no log, and with it none of the commits that it contains.
+    if (!SyncFolder(FolderOf(self->unsynced_path)).ok()) return SQLITE_IOERR_DIR_FSYNC;
+    self->unsynced_path = nullptr;
+    return SQLITE_OK;
   }
   static int FileSize(sqlite3_file* file, sqlite3_int64* size) {
     return Real(file)->pMethods->xFileSize(Real(file), size);
@@ -224,6 +235,9 @@ int OpenFile(sqlite3_vfs* /*vfs*/, sqlite3_filename path, sqlite3_file* file, in
                   opened->real->pMethods->xFileSize(opened->real, &size) == SQLITE_OK && size == 0;
   opened->verifies = true;
   opened->page_bytes = 0;
+  constexpr int kJournals = SQLITE_OPEN_WAL | SQLITE_OPEN_MAIN_JOURNAL | SQLITE_OPEN_SUPER_JOURNAL;
+  const bool is_new_journal = (flags & kJournals) != 0 && (flags & SQLITE_OPEN_CREATE) != 0;
+  opened->unsynced_path = is_new_journal ? path : nullptr;
   opened->base.pMethods = &kChecksumMethods;
   return SQLITE_OK;
 }
