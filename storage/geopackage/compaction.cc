@@ -100,22 +100,21 @@ absl::StatusOr<std::vector<std::string>> Frames(Database* database) {
 
 absl::Status RemoveLayers(Database* database, Revision oldest, Remover* remover) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int64_t> lineages, Lineages(database));
-  absl::Status status;
   for (const int64_t lineage : lineages) {
-    status.Update(remover->Remove(kLayerVersions, oldest, lineage));
-    status.Update(remover->Remove(kLayerRevisions, oldest, lineage));
+    HYPERMAP_RETURN_IF_ERROR(remover->Remove(kLayerVersions, oldest, lineage));
+    HYPERMAP_RETURN_IF_ERROR(remover->Remove(kLayerRevisions, oldest, lineage));
   }
   // A layer that was deleted before the oldest revision has one row left in each table.
-  if (!status.ok() || remover->done()) return status;
+  if (remover->done()) return absl::OkStatus();
   for (const char* sql :
        {"DELETE FROM hypermap_layer_history WHERE lineage IN (SELECT id FROM hypermap_lineages "
         "WHERE end_revision <= ?1)",
         "DELETE FROM hypermap_layer_revisions WHERE lineage IN (SELECT id FROM hypermap_lineages "
         "WHERE end_revision <= ?1)",
         "DELETE FROM hypermap_lineages WHERE end_revision <= ?1"}) {
-    status.Update(database->Run(sql, oldest));
+    HYPERMAP_RETURN_IF_ERROR(database->Run(sql, oldest));
   }
-  return status;
+  return absl::OkStatus();
 }
 
 }  // namespace
@@ -123,19 +122,20 @@ absl::Status RemoveLayers(Database* database, Revision oldest, Remover* remover)
 absl::StatusOr<bool> RemoveForgotten(Database* database, Revision oldest,
                                      absl::Time receipts_before, int64_t max_rows) {
   Remover remover(database, max_rows);
-  // A version that the oldest revision itself replaced is not part of that revision.
-  absl::Status status = database->Run(kObjectBoxes, oldest, max_rows);
-  status.Update(remover.Remove(kObjects, oldest));
-  status.Update(remover.Remove(kTiles, oldest));
-  status.Update(remover.Remove(kChanges, oldest));
-  status.Update(remover.Remove(kRevisions, oldest));
-  status.Update(remover.Remove(kReceipts, absl::ToUnixNanos(receipts_before)));
-  status.Update(RemoveLayers(database, oldest, &remover));
+  // A version that the oldest revision itself replaced is not part of that revision. Nothing may be
+  // run after an error: SQLite may have ended the transaction because of it, so that each statement
+  // would be committed by itself.
+  HYPERMAP_RETURN_IF_ERROR(database->Run(kObjectBoxes, oldest, max_rows));
+  HYPERMAP_RETURN_IF_ERROR(remover.Remove(kObjects, oldest));
+  HYPERMAP_RETURN_IF_ERROR(remover.Remove(kTiles, oldest));
+  HYPERMAP_RETURN_IF_ERROR(remover.Remove(kChanges, oldest));
+  HYPERMAP_RETURN_IF_ERROR(remover.Remove(kRevisions, oldest));
+  HYPERMAP_RETURN_IF_ERROR(remover.Remove(kReceipts, absl::ToUnixNanos(receipts_before)));
+  HYPERMAP_RETURN_IF_ERROR(RemoveLayers(database, oldest, &remover));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> frames, Frames(database));
   for (const std::string& frame : frames) {
-    status.Update(remover.Remove(kFrameVersions, oldest, frame));
+    HYPERMAP_RETURN_IF_ERROR(remover.Remove(kFrameVersions, oldest, frame));
   }
-  HYPERMAP_RETURN_IF_ERROR(status);
   if (remover.done()) return true;
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t evidence,
                             RemoveForgottenEvidence(database, remover.room()));

@@ -81,7 +81,6 @@ absl::Status SetContents(Database* database, const std::string& table, const Box
 }
 
 absl::Status Unregister(Database* database, const std::string& table) {
-  absl::Status status;
   // Tables that refer to others by foreign keys come first.
   for (const char* sql : {"DELETE FROM gpkg_2d_gridded_tile_ancillary WHERE tpudt_name = ?",
                           "DELETE FROM gpkg_2d_gridded_coverage_ancillary "
@@ -91,9 +90,9 @@ absl::Status Unregister(Database* database, const std::string& table) {
                           "DELETE FROM gpkg_geometry_columns WHERE table_name = ?",
                           "DELETE FROM gpkg_extensions WHERE table_name = ?",
                           "DELETE FROM gpkg_contents WHERE table_name = ?"}) {
-    status.Update(database->Run(sql, table));
+    HYPERMAP_RETURN_IF_ERROR(database->Run(sql, table));
   }
-  return status;
+  return absl::OkStatus();
 }
 
 }  // namespace hypermap::storage
