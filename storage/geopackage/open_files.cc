@@ -109,12 +109,17 @@ void OpenFiles::Committed(int log_pages) {
   Check().IgnoreError();
 }
 
-void OpenFiles::Remember() {
+bool OpenFiles::Remember() {
   const absl::StatusOr<Stamp> file = LookAtFile(writer_->path());
   const absl::StatusOr<Stamp> log = LookAtLog(log_path_);
   // Check finds files that were replaced during a checkpoint: they are other files then.
   if (file.ok() && file->SameFile(opened_)) file_ = *file;
   if (log.ok() && log->SameFile(log_)) log_ = *log;
+  const auto is_seen = [](const absl::Status& status) {
+    return status.ok() || absl::IsNotFound(status);
+  };
+  is_known_ = is_seen(file.status()) && is_seen(log.status());
+  return is_known_;
 }
 
 absl::Status OpenFiles::Check() {
@@ -124,7 +129,10 @@ absl::Status OpenFiles::Check() {
   return ProblemOf(fault_);
 }
 
-absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFault(Stamp* log_now) const {
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFault(Stamp* log_now) {
+  if (!is_known_ && !Remember()) {
+    return absl::UnavailableError(absl::StrCat(writer_->path(), ": the file can't be looked at"));
+  }
   const absl::StatusOr<Stamp> file = LookAtFile(writer_->path());
   if (absl::IsNotFound(file.status())) return Fault::kRemoved;
   HYPERMAP_RETURN_IF_ERROR(file.status());
@@ -140,8 +148,8 @@ absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFault(Stamp* log_now) const {
   return Fault::kNone;
 }
 
-absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultOrShorterLog() const {
-  Stamp log = log_;
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultOrShorterLog() {
+  Stamp log{};
   HYPERMAP_ASSIGN_OR_RETURN(const Fault fault, FindFault(&log));
   if (fault != Fault::kNone) return fault;
   return log.size < log_.size ? Fault::kLogShortened : Fault::kNone;
@@ -154,7 +162,7 @@ absl::Status OpenFiles::CheckIdentity() const {
   return ProblemOf(file->SameFile(opened_) ? Fault::kNone : Fault::kReplaced);
 }
 
-absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultAtEnd() const {
+absl::StatusOr<OpenFiles::Fault> OpenFiles::FindFaultAtEnd() {
   // Commits may be missing in a log that was shortened, also if it has grown again since. All other
   // faults may have passed: no commit was written while they lasted.
   if (fault_ == Fault::kLogShortened) return fault_;

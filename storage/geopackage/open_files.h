@@ -75,12 +75,13 @@ class OpenFiles {
   void Committed(int log_pages);
 
   // Without a fault, `log_now` becomes the log as it is now, and the file is as it was left.
-  absl::StatusOr<Fault> FindFault(Stamp* log_now) const;
-  absl::StatusOr<Fault> FindFaultOrShorterLog() const;
+  absl::StatusOr<Fault> FindFault(Stamp* log_now);
+  absl::StatusOr<Fault> FindFaultOrShorterLog();
   // The fault that matters when the map is closed.
-  absl::StatusOr<Fault> FindFaultAtEnd() const;
-  // Remembers the files after the writer has written to them.
-  void Remember();
+  absl::StatusOr<Fault> FindFaultAtEnd();
+  // Remembers the files after the writer has written to them. If they can't be looked at now, that
+  // is done before they are next compared. Returns whether they are known.
+  bool Remember();
 
   Database* const writer_;
   const std::string log_path_;
@@ -88,6 +89,7 @@ class OpenFiles {
   Stamp file_;
   Stamp log_;
   Fault fault_ = Fault::kNone;
+  bool is_known_ = true;  // file_ and log_ are what the writer has left
 };
 
 }  // namespace hypermap::storage
