@@ -74,6 +74,7 @@ GeoPackageMap::GeoPackageMap(FileLock lock, const GeoPackageOptions& options, Op
   // map is another incarnation when it is opened again, which does no harm.
   absl::Status status = lock_.Write(EncodeWitness(witness_));
   if (status.ok()) status = lock_.Sync();
+  has_witness_ = status.ok();
   if (!status.ok()) {
     notes_.push_back(absl::StrCat("the newest revision is not recorded: ", status.message()));
   }
@@ -82,6 +83,7 @@ GeoPackageMap::GeoPackageMap(FileLock lock, const GeoPackageOptions& options, Op
 GeoPackageMap::~GeoPackageMap() {
   // Closing moves the log into the file, too, but not while another program has the file open.
   files_->Finish();
+  if (!has_witness_) lock_.Write(EncodeWitness(witness_)).IgnoreError();
 }
 
 absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageMap::Open(
@@ -244,7 +246,7 @@ void GeoPackageMap::KeepWitness(const Commit& newest) {
   witness_.time_ns = absl::ToUnixNanos(newest.time);
   // If this fails, the witness stays older than the file: a loss may go unnoticed, but the commits
   // are durable.
-  lock_.Write(EncodeWitness(witness_)).IgnoreError();
+  has_witness_ = lock_.Write(EncodeWitness(witness_)).ok();
 }
 
 absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {

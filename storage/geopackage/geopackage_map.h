@@ -99,6 +99,7 @@ class GeoPackageMap : public StoredMap {
   std::unique_ptr<OpenFiles> files_;
   MapHeader header_;
   RevisionWitness witness_;
+  bool has_witness_ = false;  // the lock file has it
   std::vector<std::string> notes_;
   const absl::Status damage_;
   const absl::Duration busy_timeout_;
