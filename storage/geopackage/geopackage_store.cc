@@ -88,6 +88,9 @@ class GeoPackageStore : public MapStore {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // FAILED_PRECONDITION if there is a map of the name of the one that the request has deleted.
   absl::Status CheckGone(const std::string& name, const std::string& request_id) const;
+  // Puts a file in the place of that of a map, which has no log. At every moment there is one of
+  // the two maps. The earlier one goes to the trash.
+  absl::Status Replace(const std::string& path, const std::string& name);
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
   // FAILED_PRECONDITION if the map's file is another name of the file of a map that is open, or a
   // symbolic link: SQLite puts the log beside the link's target.
@@ -142,6 +145,7 @@ absl::Status GeoPackageStore::Recover() {
     }
     HYPERMAP_RETURN_IF_ERROR(CarryOut(deletion, map, trash_.keeps_maps()));
   }
+  HYPERMAP_RETURN_IF_ERROR(trash_.RemoveLinksTo(data_dir_));
   MakeRoom();
   return absl::OkStatus();
 }
@@ -341,7 +345,11 @@ absl::Status GeoPackageStore::Restore(const std::string& path, const std::string
                                       const std::string& request_id) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   HYPERMAP_RETURN_IF_ERROR(MarkRestored(path, request_id, options_));
-  if (PathExists(PathOf(name))) HYPERMAP_RETURN_IF_ERROR(Delete(name, /*request_id=*/""));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(PathOf(name)));
+  // SQLite would apply the log of the earlier map to the file.
+  const bool has_log = PathExists(LogPathOf(PathOf(name))) || PathExists(PathOf(name) + "-journal");
+  if (exists && !has_log) return Replace(path, name);
+  if (exists) HYPERMAP_RETURN_IF_ERROR(Delete(name, /*request_id=*/""));
   const MutexLock lock(&mutex_);
   HYPERMAP_RETURN_IF_ERROR(CompleteDeletions(name));
   {
@@ -353,6 +361,26 @@ absl::Status GeoPackageStore::Restore(const std::string& path, const std::string
   // SQLite would apply the log of an earlier map of this name to the file.
   HYPERMAP_RETURN_IF_ERROR(RemoveSidecars(PathOf(name)));
   return PublishFile(path, PathOf(name));
+}
+
+absl::Status GeoPackageStore::Replace(const std::string& path, const std::string& name) {
+  const MutexLock lock(&mutex_);
+  HYPERMAP_ASSIGN_OR_RETURN(FileLock map_lock, LockMap(name));
+  // A deletion that could be neither carried out nor cancelled is of the earlier map.
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<DeletionLog::Pending> pending,
+                            deletions_->FindPending());
+  for (const auto& [deletion, map] : pending) {
+    if (map == name) HYPERMAP_RETURN_IF_ERROR(deletions_->Cancel(deletion));
+  }
+  if (trash_.keeps_maps()) {
+    HYPERMAP_RETURN_IF_ERROR(reserve_->Use(DiskReserve::Purpose::kDeletion, [&] {
+      mutex_.AssertHeld();
+      return trash_.Link(PathOf(name), name);
+    }));
+  }
+  HYPERMAP_RETURN_IF_ERROR(ReplaceFile(path, PathOf(name)));
+  // The witness is of the earlier map, and would tell the same if a crash left it.
+  return map_lock.RemoveFile();
 }
 
 absl::StatusOr<std::optional<std::string>> GeoPackageStore::FindDeletion(

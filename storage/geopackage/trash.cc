@@ -19,7 +19,8 @@ namespace {
 absl::Status RemoveForGood(const std::string& path) {
   std::error_code error;
   std::filesystem::remove_all(path, error);
-  if (!error) return absl::OkStatus();
+  // A map that was removed does not come back after a power loss.
+  if (!error) return SyncFolder(FolderOf(path));
   return absl::UnavailableError(absl::StrCat("cannot remove ", path, ": ", error.message()));
 }
 
@@ -27,14 +28,20 @@ std::string NameOf(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
+// `path`, a dot and a number, of which nothing has the name.
+absl::StatusOr<std::string> FreeName(const std::string& path) {
+  for (int number = 1;; ++number) {
+    std::string name = absl::StrCat(path, ".", number);
+    HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(name));
+    if (!exists) return name;
+  }
+}
+
 // A folder that has the number of this deletion may be of an older one, whose record was lost with
 // catalog.sqlite. It gets another name, so that its map is not overwritten.
 absl::Status SetEarlierAside(const std::string& entry) {
-  for (int number = 1;; ++number) {
-    const std::string aside = absl::StrCat(entry, ".", number);
-    HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(aside));
-    if (!exists) return MoveFile(entry, aside);
-  }
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string aside, FreeName(entry));
+  return MoveFile(entry, aside);
 }
 
 }  // namespace
@@ -46,9 +53,7 @@ absl::Status Trash::Take(const std::string& path, const std::string& map, int64_
   const std::string moved = absl::StrCat(entry, "/", NameOf(path));
   // The map's file is moved once, so that one that is there already is another's.
   if (PathExists(path) && PathExists(moved)) HYPERMAP_RETURN_IF_ERROR(SetEarlierAside(entry));
-  HYPERMAP_RETURN_IF_ERROR(MakeFolder(entry));
-  HYPERMAP_RETURN_IF_ERROR(SyncFolder(folder_));
-  HYPERMAP_RETURN_IF_ERROR(SyncFolder(FolderOf(folder_)));
+  HYPERMAP_RETURN_IF_ERROR(MakeEntry(entry));
   HYPERMAP_RETURN_IF_ERROR(MoveFile(path, moved));
   HYPERMAP_RETURN_IF_ERROR(MoveFile(LogPathOf(path), LogPathOf(moved)));
   HYPERMAP_RETURN_IF_ERROR(MoveFile(OrphanPathOf(path), OrphanPathOf(moved)));
@@ -58,6 +63,31 @@ absl::Status Trash::Take(const std::string& path, const std::string& map, int64_
   // A deletion that is repeated may find nothing to move. A folder with files stays.
   std::error_code error;
   std::filesystem::remove(entry, error);
+  return absl::OkStatus();
+}
+
+absl::Status Trash::MakeEntry(const std::string& entry) const {
+  HYPERMAP_RETURN_IF_ERROR(MakeFolder(entry));
+  HYPERMAP_RETURN_IF_ERROR(SyncFolder(folder_));
+  return SyncFolder(FolderOf(folder_));
+}
+
+absl::Status Trash::Link(const std::string& path, const std::string& map) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string entry, FreeName(absl::StrCat(folder_, "/", map)));
+  HYPERMAP_RETURN_IF_ERROR(MakeEntry(entry));
+  return LinkOrCopyFile(path, absl::StrCat(entry, "/", NameOf(path)));
+}
+
+absl::Status Trash::RemoveLinksTo(const std::string& data_dir) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Entry> entries, FindEntries());
+  for (const Entry& entry : entries) {
+    const std::string map = std::filesystem::path(entry.path).stem().string();
+    std::error_code error;
+    const bool is_there =
+        std::filesystem::equivalent(absl::StrCat(entry.path, "/", map, ".gpkg"),
+                                    absl::StrCat(data_dir, "/", map, ".gpkg"), error);
+    if (is_there && !error) HYPERMAP_RETURN_IF_ERROR(RemoveForGood(entry.path));
+  }
   return absl::OkStatus();
 }
 

@@ -12,7 +12,7 @@
 
 namespace hypermap::storage {
 
-// A folder with a folder <map>.<deletion> for each deleted map. In it are the map's file, its log,
+// A folder with a folder <map>.<number> for each deleted map. In it are the map's file, its log,
 // and a log that was set aside, under the names that they had. A deleted map's age is counted from
 // the time of modification of its folder. One thread at a time.
 class Trash {
@@ -27,6 +27,14 @@ class Trash {
   // REQUIRES: keeps_maps(), and no connection has the file open.
   absl::Status Take(const std::string& path, const std::string& map, int64_t deletion);
 
+  // Gives a map's file another name here, durably, so that another file can take its place in one
+  // step. REQUIRES: as Take, and the file has no log beside it.
+  absl::Status Link(const std::string& path, const std::string& map);
+
+  // Removes the names that Link has given to files which are in `data_dir` still, because a crash
+  // came before others took their places.
+  absl::Status RemoveLinksTo(const std::string& data_dir);
+
   // Removes the maps for good that were deleted `age` before `now`, or earlier.
   absl::Status RemoveOld(absl::Time now);
 
@@ -34,6 +42,9 @@ class Trash {
   absl::Status RemoveOldest();
 
  private:
+  // Makes the folder of a deleted map, durably.
+  absl::Status MakeEntry(const std::string& entry) const;
+
   struct Entry {
     absl::Time since;
     std::string path;

@@ -116,6 +116,40 @@ TEST(TrashTest, StoreMovesDeletedMapsThere) {
   EXPECT_FALSE(Exists(folder / "trash/site.1"));
 }
 
+TEST(TrashTest, RestorationPutsTheEarlierMapIntoTheTrashInOneStep) {
+  const testing::TemporaryFolder folder;
+  const testing::TemporaryFolder elsewhere;
+  GeoPackageOptions options;
+  options.trash_age = kAge;
+  auto store = OpenStore(folder.path(), options);
+  SnapshotPtr earlier;
+  {
+    EditedMap map = CreateMap(*store, "site");
+    ASSERT_TRUE(map.stored->BackupTo(folder / "upload").ok());
+    map.Edit({{CreateLayer{SemanticSpec("s")}}});
+    earlier = map.snapshot;
+  }
+  ASSERT_TRUE(store->Restore(folder / "upload", "site", "r").ok());
+  EXPECT_TRUE((*(*store->Open("site"))->Load())->layers.empty());
+  std::filesystem::copy_file(folder / "trash/site.1/site.gpkg", elsewhere / "site.gpkg");
+  const auto other = OpenStore(elsewhere.path());
+  ExpectSame(**(*other->Open("site"))->Load(), *earlier);
+}
+
+TEST(TrashTest, RestorationThatACrashInterruptedLeavesNothingInTheTrash) {
+  const testing::TemporaryFolder folder;
+  GeoPackageOptions options;
+  options.trash_age = kAge;
+  auto store = OpenStore(folder.path(), options);
+  CreateMap(*store, "site");
+  store.reset();
+  std::filesystem::create_directories(folder / "trash/site.1");
+  std::filesystem::create_hard_link(folder / "site.gpkg", folder / "trash/site.1/site.gpkg");
+  store = OpenStore(folder.path(), options);
+  EXPECT_FALSE(Exists(folder / "trash/site.1"));
+  EXPECT_TRUE(store->Open("site").ok());
+}
+
 TEST(TrashTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
   const testing::TemporaryFolder folder;
   GeoPackageOptions options;
