@@ -110,6 +110,8 @@ absl::Status BackupSchedule::BackUp(MapSession& session, absl::Time now) {
   const std::string folder =
       absl::StrCat(options_.folder, "/", absl::FormatTime(kTimeFormat, now, absl::UTCTimeZone()));
   HYPERMAP_RETURN_IF_ERROR(storage::MakeFolder(folder));
+  // Otherwise a power loss could take the folder, after older backups have gone.
+  HYPERMAP_RETURN_IF_ERROR(storage::SyncFolder(options_.folder));
   const std::string temporary = absl::StrCat(folder, "/.", map, ".gpkg.new");
   absl::Status status =
       session.BackupTo(temporary, [](int64_t /*most_bytes*/) { return absl::OkStatus(); });
