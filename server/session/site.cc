@@ -225,6 +225,26 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateFilled(const NewMap& map
       map, [&] { return StartFilled(map, fill); }, [](MapSession&) { return absl::OkStatus(); });
 }
 
+absl::Status Site::OpenAgain(const std::string& name) {
+  const auto problem = [&] {
+    const MutexLock lock(&mutex_);
+    const auto entry = maps_.find(name);
+    if (entry == maps_.end() || entry->second.session || without_room_.contains(name)) {
+      return absl::OkStatus();
+    }
+    return entry->second.problem;
+  };
+  const auto may_pass = [](const absl::Status& status) {
+    return absl::IsUnavailable(status) || absl::IsResourceExhausted(status);
+  };
+  // A file on a disk that was made read-only can't be told from one that is no map.
+  const absl::Status before = problem();
+  if (!may_pass(before) && !absl::IsFailedPrecondition(before)) return absl::OkStatus();
+  OpenMap(name);
+  const absl::Status after = problem();
+  return may_pass(after) ? after : absl::OkStatus();
+}
+
 absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, Start start,
                                                            Check check) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", map.name));
@@ -232,6 +252,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::CreateBy(const NewMap& map, St
   HYPERMAP_RETURN_IF_ERROR(Reserve(map.name));
   const absl::Cleanup release = [&] { Release(map.name); };
 
+  HYPERMAP_RETURN_IF_ERROR(OpenAgain(map.name));
   if (auto existing = Find(map.name); !absl::IsNotFound(existing.status())) {
     const bool same_id = existing.ok() && !map.request_id.empty() &&
                          (*existing)->header().request_id == map.request_id;

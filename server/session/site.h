@@ -133,6 +133,10 @@ class Site {
   // A map whose next attempt is due, which it reserves and counts as changing, with its retry;
   // nullopt if there is none.
   std::optional<std::pair<std::string, Retry>> ReserveMapToReopen();
+  // Opens a map that is listed with a problem that may have passed. On a full disk a creation may
+  // have failed and left a map that could not be removed; then that is removed now. Returns the
+  // problem, if it has not passed.
+  absl::Status OpenAgain(const std::string& name);
   // Lists a map that is not opened, because max_maps maps are open.
   void ListWithoutRoom(const std::string& name);
   // Opens the first maps that were listed without room, if there is room now.

@@ -93,6 +93,17 @@ TEST_F(SiteTest, MapThatCannotBeOpenedIsListedAndStandsInNobodysWay) {
   EXPECT_TRUE(Create("burnt").ok());
 }
 
+// A creation may have failed because of the same disk, and have left the map.
+TEST_F(SiteTest, MapWhoseProblemMayPassIsOpenedAgainByACreation) {
+  MemoryMapStore(&disk_).AddBroken("office", absl::UnavailableError("the disk is away"));
+  Restart();
+  EXPECT_TRUE(absl::IsUnavailable(Create("office")));
+  ASSERT_TRUE(site_->Delete("office", "").ok());
+  MemoryMapStore(&disk_).AddBroken("lab", absl::FailedPreconditionError("not a map"));
+  Restart();
+  EXPECT_TRUE(absl::IsAlreadyExists(Create("lab")));
+}
+
 TEST_F(SiteTest, DeletionOfAnotherIncarnationLeavesTheMap) {
   ASSERT_TRUE(Create("office").ok());
   const uint64_t before = (*site_->Find("office"))->incarnation();
