@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
+#include <memory>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -85,7 +86,7 @@ DurableCopy::~DurableCopy() {
 absl::Status DurableCopy::Load(const std::string& folder) {
   const MutexLock file_lock(&file_mutex_);
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> file = store_->Open(map_);
-  if (absl::IsNotFound(file.status())) return absl::OkStatus();
+  if (absl::IsNotFound(file.status())) return LoadNext();
   absl::Status status = file.status();
   if (status.ok()) {
     file_ = *std::move(file);
@@ -99,6 +100,13 @@ absl::Status DurableCopy::Load(const std::string& folder) {
       return store_->Delete(map_, "");
     }
     status = ReadStored();
+    if (status.ok()) {
+      if (stored()) return RemoveMap(next_name());
+      // The file was made and not filled.
+      file_.reset();
+      HYPERMAP_RETURN_IF_ERROR(RemoveMap(map_));
+      return LoadNext();
+    }
   }
   if (!absl::IsDataLoss(status)) return status;
   file_.reset();
@@ -107,6 +115,29 @@ absl::Status DurableCopy::Load(const std::string& folder) {
   std::filesystem::rename(path, path + ".damaged", error);
   if (!error) return absl::OkStatus();
   return absl::UnavailableError(absl::StrCat(path, ": ", error.message()));
+}
+
+absl::Status DurableCopy::LoadNext() {
+  absl::StatusOr<std::unique_ptr<storage::StoredMap>> next = store_->Open(next_name());
+  if (absl::IsNotFound(next.status())) return absl::OkStatus();
+  if (next.ok() && (*next)->header().request_id == selection_) {
+    file_ = *std::move(next);
+    absl::Status status = ReadStored();
+    file_.reset();
+    if (!status.ok() && !absl::IsDataLoss(status)) return status;
+    if (std::optional<KnownRevision> left = stored(); left) {
+      auto snapshot = std::make_shared<Snapshot>(*left->snapshot);
+      snapshot->map_name = map_;
+      left->snapshot = std::move(snapshot);
+      HYPERMAP_ASSIGN_OR_RETURN(file_, Make(map_, *left));
+      const MutexLock lock(&mutex_);
+      stored_ = std::move(left);
+    }
+  } else if (!next.ok() && !absl::IsDataLoss(next.status())) {
+    return next.status();
+  }
+  next = absl::NotFoundError("closed");
+  return RemoveMap(next_name());
 }
 
 absl::Status DurableCopy::ReadStored() {
@@ -216,20 +247,38 @@ absl::StatusOr<bool> DurableCopy::Store(const std::optional<KnownRevision>& befo
 }
 
 absl::Status DurableCopy::Replace(const KnownRevision& newest) {
+  // Without a file there is nothing to lose, and the next one may be all that is left.
+  if (file_) {
+    HYPERMAP_RETURN_IF_ERROR(RemoveMap(next_name()));
+    HYPERMAP_RETURN_IF_ERROR(Make(next_name(), newest).status());
+  }
   file_.reset();
-  absl::Status status = store_->Delete(map_, "");
-  if (!status.ok() && !absl::IsNotFound(status)) return status;
+  HYPERMAP_RETURN_IF_ERROR(RemoveMap(map_));
+  HYPERMAP_ASSIGN_OR_RETURN(file_, Make(map_, newest));
+  // If it stays, the next opening removes it.
+  RemoveMap(next_name()).IgnoreError();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::unique_ptr<storage::StoredMap>> DurableCopy::Make(
+    const std::string& name, const KnownRevision& revision) {
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> file,
-                            store_->Create({map_, newest.snapshot->frame_id, newest.created_at,
-                                            selection_, newest.incarnation}));
-  file_ = std::move(file);
-  if (newest.snapshot->revision == 0) return absl::OkStatus();
+                            store_->Create({name, revision.snapshot->frame_id, revision.created_at,
+                                            selection_, revision.incarnation}));
+  if (revision.snapshot->revision == 0) return file;
   const Snapshot empty;
-  const storage::Commit commit = CommitOf(newest, Difference(empty, *newest.snapshot));
-  status = file_->Write({&commit, 1});
+  const storage::Commit commit = CommitOf(revision, Difference(empty, *revision.snapshot));
+  const absl::Status status = file->Write({&commit, 1});
+  if (status.ok()) return file;
   // The file holds an empty map, which is not a revision of the server's.
-  if (!status.ok()) file_.reset();
+  file.reset();
+  RemoveMap(name).IgnoreError();
   return status;
+}
+
+absl::Status DurableCopy::RemoveMap(const std::string& name) {
+  const absl::Status status = store_->Delete(name, "");
+  return absl::IsNotFound(status) ? absl::OkStatus() : status;
 }
 
 absl::Status DurableCopy::ForgetThePast() {

@@ -30,7 +30,8 @@ struct KnownRevision {
 // Keeps a map in FOLDER/<map>.gpkg, in a store of its own. A thread writes the newest revision
 // after a delay, as one transaction with the difference from the revision on disk, so that repeated
 // changes of an object are written once. If no difference leads from the map on disk to the new
-// one, the file is replaced. Thread safe.
+// one, the file is replaced: the new one is written to FOLDER/next.gpkg before, so that at every
+// moment, also after a crash, one of the two can be read. Thread safe.
 class DurableCopy {
  public:
   // Opens or creates the file. `selection` describes the mirrored part of the map: a file with
@@ -64,6 +65,8 @@ class DurableCopy {
 
   // Opens and reads the existing file, if it can be continued.
   absl::Status Load(const std::string& folder);
+  // Takes over what an interrupted replacement has left, if there is no file.
+  absl::Status LoadNext() ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
   absl::Status ReadStored() ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
 
   // Body of the writer's thread.
@@ -79,8 +82,15 @@ class DurableCopy {
   // Brings the file from `before` to `after`. Returns false if the file was left as it is.
   absl::StatusOr<bool> Store(const std::optional<KnownRevision>& before, const KnownRevision& after,
                              bool all) ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
-  // Creates the file anew. If that fails, there is no file.
+  // Creates the file anew. If that fails, the file is as it was, or there is none.
   absl::Status Replace(const KnownRevision& newest) ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);
+  // Creates a map of the store that holds the revision. After an error there is none.
+  absl::StatusOr<std::unique_ptr<storage::StoredMap>> Make(const std::string& name,
+                                                           const KnownRevision& revision);
+  // Removes a map of the store, if there is one.
+  absl::Status RemoveMap(const std::string& name);
+  // The name of the map to which a new file is written before the old one is removed.
+  std::string next_name() const { return map_ == "next" ? "next.2" : "next"; }
   // Deletes the history, which a replica never reads. If the file turns out to be lost, there is no
   // file afterwards.
   absl::Status ForgetThePast() ABSL_EXCLUSIVE_LOCKS_REQUIRED(file_mutex_);

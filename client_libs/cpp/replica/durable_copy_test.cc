@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <utility>
@@ -51,6 +52,12 @@ class Life {
   Rng rng_;
   SnapshotPtr newest_;
 };
+
+// The files of a replica that was killed after it had written the new file and removed the old one.
+void InterruptReplacement(const TemporaryFolder& folder) {
+  std::filesystem::rename(folder / "site.gpkg", folder / "next.gpkg");
+  std::filesystem::rename(folder / ".site.gpkg.lock", folder / ".next.gpkg.lock");
+}
 
 std::unique_ptr<DurableCopy> Open(const TemporaryFolder& folder,
                                   absl::Duration write_delay = kNever) {
@@ -111,6 +118,28 @@ EditBatch PutChair() {
   chair.label = "chair";
   chair.shape = Polygon::FromBox({{0.0, 0.0}, {1.0, 1.0}});
   return {{PutObject{"semantic", chair, ""}}};
+}
+
+TEST(DurableCopyTest, InterruptedReplacementIsCompleted) {
+  const TemporaryFolder folder;
+  Life life(7);
+  KnownRevision written = life.newest();
+  written.incarnation = 5;
+  {
+    const auto copy = Open(folder);
+    copy->Write(written);
+    ASSERT_TRUE(copy->Flush().ok());
+  }
+  InterruptReplacement(folder);
+  for (int i = 0; i < 2; ++i) {
+    const auto stored = Open(folder)->stored();
+    ASSERT_TRUE(stored.has_value());
+    EXPECT_EQ(stored->incarnation, 5);
+    EXPECT_EQ(stored->time, written.time);
+    EXPECT_EQ(stored->snapshot->map_name, "site");
+    EXPECT_TRUE(Difference(*stored->snapshot, *written.snapshot).empty());
+    EXPECT_FALSE(std::filesystem::exists(folder / "next.gpkg"));
+  }
 }
 
 TEST(DurableCopyTest, BringsTheFileFromOneRevisionToAnother) {
