@@ -22,7 +22,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
 .PHONY: api package package-server deps-server test-packages
-.PHONY: nightly attack prove prove-histories prove-linearizable $(PROOFS)
+.PHONY: nightly attack robustness prove prove-histories prove-linearizable $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -38,8 +38,9 @@ help:
 	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help),'
 	@echo '                           prove-histories [HISTORIES=100000],'
 	@echo '                           prove-linearizable [HISTORIES=1000] (Go 1.24)'
+	@echo 'make robustness [SEED=1]   faults in every file call, kills, power losses and bit flips (ARGS=--help)'
 	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
-	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, fuzzers, the suite ten times, attacks'
+	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, robustness, fuzzers, the suite ten times, attacks'
 	@echo 'make asan | make tsan      tests under sanitizers, in build/asan and build/tsan'
 	@echo 'make gcc                   unit tests of a build by gcc, in build/gcc'
 	@echo 'make fuzz [SECONDS=60] [FUZZERS=request]  each fuzzer, or those named, for SECONDS seconds (clang)'
@@ -159,6 +160,11 @@ prove-linearizable: build
 
 prove: $(PROOFS) prove-histories prove-linearizable
 
+# Ends with a table of faults and scenarios, and one JSON object with the counts and "holds". Skipped
+# where the calls of a process can't be seen.
+robustness: build
+	@build/tests/hypermap_robustness $(if $(SEED),--seed $(SEED)) $(ARGS) || test $$? = 77
+
 # Ends with a table, and with a line that names the attacks which are not defended.
 attack: build build/.deps-test
 	@HYPERMAP_BIN=$(CURDIR)/build/bin PYTHONDONTWRITEBYTECODE=1 \
@@ -170,6 +176,7 @@ nightly:
 	@$(MAKE) lint SINCE=none
 	@$(MAKE) tsan asan gcc
 	@$(MAKE) prove
+	@$(MAKE) robustness ARGS=--every_call
 	@$(MAKE) fuzz SECONDS=$(or $(SECONDS),600)
 	@HYPERMAP_TEST_CUTS=200 HYPERMAP_TEST_WHOLE_DEMO=1 $(MAKE) test CI=
 	@$(CTEST) --test-dir build --repeat until-fail:10
