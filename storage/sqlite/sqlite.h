@@ -7,9 +7,9 @@
 // Files that a Database creates, also by VACUUM INTO, keep checksums of their pages, which are
 // verified when a page is read (page_checksums.h).
 //
-// Result codes are mapped as follows: BUSY, LOCKED, PROTOCOL, IOERR -> UNAVAILABLE; FULL, TOOBIG, NOMEM ->
-// RESOURCE_EXHAUSTED; CORRUPT, IOERR_DATA -> DATA_LOSS; NOTADB, CANTOPEN, READONLY, PERM ->
-// FAILED_PRECONDITION, but RESOURCE_EXHAUSTED if the process may open no more files; the rest,
+// Result codes are mapped as follows: BUSY, LOCKED, PROTOCOL, IOERR -> UNAVAILABLE; FULL, TOOBIG,
+// NOMEM -> RESOURCE_EXHAUSTED; CORRUPT, IOERR_DATA -> DATA_LOSS; NOTADB, CANTOPEN, READONLY, PERM
+// -> FAILED_PRECONDITION, but RESOURCE_EXHAUSTED if the process may open no more files; the rest,
 // which are faults of the program, -> INTERNAL.
 #ifndef HYPERMAP_STORAGE_SQLITE_SQLITE_H_
 #define HYPERMAP_STORAGE_SQLITE_SQLITE_H_
