@@ -514,7 +514,10 @@ TEST(FewFilesTest, MapThatFindsNoMoreOpenFilesIsMadeOrNothingIsLeft) {
       const auto created = store->Create(HeaderOf("site"));
       was_created = created.ok();
       if (!was_created) {
-        EXPECT_EQ(created.status().code(), absl::StatusCode::kResourceExhausted)
+        // UNAVAILABLE if it is a folder that can't be opened, to sync a name in it: SQLite has
+        // forgotten the reason when it tells the error.
+        EXPECT_THAT(created.status().code(),
+                    AnyOf(absl::StatusCode::kResourceExhausted, absl::StatusCode::kUnavailable))
             << created.status();
       }
     }
