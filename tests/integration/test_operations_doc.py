@@ -6,6 +6,7 @@ tells how to mend.
 """
 
 import os
+import random
 import re
 import shutil
 import socket
@@ -53,9 +54,16 @@ def blocks(text):
 
 
 def free_port():
-    with socket.socket() as taken:
-        taken.bind(("127.0.0.1", 0))
-        return taken.getsockname()[1]
+    """Returns a port that is free. The kernel gives it to nobody who asks for any port, so that it
+    is still free each time the server starts again."""
+    while True:
+        port = random.randrange(10_000, 32_768)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                continue
 
 
 class OperationsDoc(SiteTest):
