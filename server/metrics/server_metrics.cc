@@ -198,7 +198,7 @@ std::vector<MetricFamily> ServerMetrics::Collect() const {
 std::string NotesAboutMaps(const Site& site) {
   std::string notes;
   for (const Site::Entry& entry : site.List()) {
-    const MapSession::Condition condition = entry.condition();
+    const MapCondition condition = entry.condition();
     if (condition.state == MapState::kServing) continue;
     absl::StrAppend(&notes, "map ", entry.name, ": ", MapStateName(condition.state), ": ",
                     condition.problem.ToString(), "\n");

@@ -6,7 +6,7 @@ namespace hypermap::server {
 
 void EncodeMap(const MapSession& session, v1::Map* message) {
   const SnapshotPtr snapshot = session.snapshot();
-  const MapSession::Condition condition = session.condition();
+  const MapCondition condition = session.condition();
   wire::EncodeMapEntry(
       {session.header().name, snapshot->frame_id, snapshot->revision, session.header().created_at,
        static_cast<int>(snapshot->layers.size() + snapshot->damaged.size()),

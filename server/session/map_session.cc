@@ -8,7 +8,6 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/admission/refusals.h"
 #include "base/cancellation/cancellation.h"
@@ -17,6 +16,7 @@
 #include "base/sync/mutex.h"
 #include "map/content_bytes.h"
 #include "server/fusion/evidence.h"
+#include "server/session/awaited_task.h"
 #include "server/session/submission_size.h"
 
 namespace hypermap::server {
@@ -34,42 +34,6 @@ constexpr int kGroupsPerCompactionStep = 8;
 // Longest time that the writer folds late observations in advance before it looks for other work.
 // While other work waits, it takes as long as the commits before.
 constexpr absl::Duration kMaxLateWork = absl::Milliseconds(50);
-// Bytes of the description of damage from which on no more is added.
-constexpr size_t kMaxDamageText = 2000;
-// A thread that waits for the writer looks this often whether its own caller has gone.
-constexpr absl::Duration kLookPeriod = absl::Milliseconds(20);
-
-// A task of the writer for which a thread waits.
-struct AwaitedTask {
-  Mutex mutex;
-  CondVar ended;
-  bool has_begun ABSL_GUARDED_BY(mutex) = false;
-  bool is_given_up ABSL_GUARDED_BY(mutex) = false;
-  std::optional<absl::Status> result ABSL_GUARDED_BY(mutex);
-
-  // Returns false if it was given up.
-  bool Begin() {
-    const MutexLock lock(&mutex);
-    has_begun = true;
-    return !is_given_up;
-  }
-  void End(absl::Status status) {
-    const MutexLock lock(&mutex);
-    result = std::move(status);
-    ended.NotifyOne();
-  }
-  absl::Status Await() {
-    const MutexLock lock(&mutex);
-    while (!result) {
-      // A task that has begun uses the cancellation itself.
-      Cancellation* const caller = has_begun ? nullptr : Cancellation::Current();
-      is_given_up = caller != nullptr && caller->LookNow();
-      if (is_given_up) return caller->status();
-      ended.WaitFor(&mutex, kLookPeriod);
-    }
-    return *result;
-  }
-};
 
 // The time at which the newest revision was made.
 absl::StatusOr<absl::Time> NewestCommitTime(storage::StoredMap& stored, Revision newest) {
@@ -110,8 +74,8 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
                             MapFusion::Open(&session->stored_->fusion_log(),
                                             &session->options_.fusion, session->options_.limits));
   session->fusion_ = std::move(fusion);
-  session->NoteDamage(session->stored_->damage());
-  for (const auto& [name, layer] : snapshot->damaged) session->NoteDamage(layer.damage);
+  session->health_.NoteDamage(session->stored_->damage());
+  for (const auto& [name, layer] : snapshot->damaged) session->health_.NoteDamage(layer.damage);
   session->late_.emplace(session->fusion_.get(), session->options_.clock.get());
   HYPERMAP_ASSIGN_OR_RETURN(
       session->writer_,
@@ -127,7 +91,7 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, const Snapsho
       stored_(std::move(stored)),
       time_(options_.clock, std::move(marks), newest_commit),
       expiry_(*snapshot, &time_),
-      write_health_(header_.name),
+      health_(header_.name),
       history_(stored_.get()),
       compaction_(header_.name, stored_.get(), &history_, &time_, options_.limits),
       content_(options_.content, ContentBytes(*snapshot)),
@@ -150,13 +114,9 @@ absl::Status MapSession::problem() const {
   return problem_;
 }
 
-MapSession::Condition MapSession::condition() const {
-  const absl::Status unwritten = write_health_.problem();
-  const MutexLock lock(&queue_mutex_);
-  if (!problem_.ok()) return {MapState::kClosed, problem_};
-  if (!unwritten.ok()) return {MapState::kReadOnly, unwritten};
-  if (!damage_.ok()) return {MapState::kDamaged, damage_};
-  return {};
+MapCondition MapSession::condition() const {
+  absl::Status closed = problem();
+  return closed.ok() ? health_.condition() : MapCondition{MapState::kClosed, std::move(closed)};
 }
 
 SnapshotPtr MapSession::snapshot() const {
@@ -287,7 +247,7 @@ absl::Status MapSession::BackupTo(const std::string& path,
   });
   HYPERMAP_RETURN_IF_ERROR(opened);
   absl::Status written = backup->WriteTo(path);
-  if (absl::IsDataLoss(written)) NoteDamage(written);
+  if (absl::IsDataLoss(written)) health_.NoteDamage(written);
   return written;
 }
 
@@ -302,7 +262,7 @@ absl::StatusOr<CheckReport> MapSession::Check() {
   if (report.ok() && !report->is_clean()) {
     const Finding& first = report->findings.front();
     const auto num = static_cast<int64_t>(report->findings.size()) + report->more;
-    NoteDamage(absl::DataLossError(absl::StrCat(
+    health_.NoteDamage(absl::DataLossError(absl::StrCat(
         "a check has found ", num, num == 1 ? " problem" : " problems", ", the first in ",
         first.table.empty() ? "the file" : first.table, ": ", first.problem)));
   }
@@ -573,7 +533,7 @@ absl::Duration MapSession::UntilExpiry() const {
 
 absl::Duration MapSession::UntilMaintenance() const {
   if (is_broken_) return absl::InfiniteDuration();
-  const absl::Duration next = std::min(compaction_.next(), write_health_.next_trial());
+  const absl::Duration next = std::min(compaction_.next(), health_.next_trial());
   return std::min(UntilExpiry(), next - time_.Passed());
 }
 
@@ -593,21 +553,8 @@ void MapSession::CheckFiles() {
 }
 
 void MapSession::NoteWrite(const absl::Status& written) {
-  if (!absl::IsDataLoss(written)) return write_health_.Note(written, time_.Passed());
-  // Other changes may not need what is damaged. If the files were replaced, the map is closed.
-  if (!is_broken_) NoteDamage(written);
-}
-
-void MapSession::NoteDamage(const absl::Status& damage) {
-  if (damage.ok()) return;
-  const MutexLock lock(&queue_mutex_);
-  if (absl::StrContains(damage_.message(), damage.message())) return;
-  logging::Log(logging::Level::kError, "map is damaged",
-               {{"map", header_.name}, {"problem", damage.ToString()}});
-  // Each page that is found later would make it longer.
-  if (damage_.message().size() >= kMaxDamageText) return;
-  damage_ = absl::DataLossError(
-      absl::StrCat(damage_.message(), damage_.ok() ? "" : "; ", damage.message()));
+  // If the files were replaced, the map is closed.
+  if (!is_broken_) health_.NoteWrite(written, time_.Passed());
 }
 
 void MapSession::MaintainMap() {
@@ -620,7 +567,7 @@ void MapSession::MaintainMap() {
   if (is_broken_) return;
   time_.ReadClocks();
   KeepMark(time_.MarkForRestart(snapshot()->revision, /*closing=*/false));
-  if (write_health_.next_trial() <= time_.Passed()) NoteWrite(stored_->TryWrite());
+  if (health_.next_trial() <= time_.Passed()) NoteWrite(stored_->TryWrite());
   if (UntilExpiry() <= absl::ZeroDuration()) RemoveExpired();
   const Revision newest = snapshot()->revision;
   if (!compaction_.IsDue(newest)) return;

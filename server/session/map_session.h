@@ -32,7 +32,6 @@
 #include "base/sync/mutex.h"
 #include "base/time/server_clock.h"
 #include "map/check_report.h"
-#include "map/entries.h"
 #include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
@@ -42,10 +41,10 @@
 #include "server/session/group_commit.h"
 #include "server/session/history_pool.h"
 #include "server/session/late_observations.h"
+#include "server/session/map_health.h"
 #include "server/session/map_time.h"
 #include "server/session/queue_load.h"
 #include "server/session/session_meters.h"
-#include "server/session/write_health.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -91,12 +90,8 @@ class MapSession {
   // its feed is closed.
   absl::Status problem() const;
 
-  struct Condition {
-    MapState state = MapState::kServing;
-    absl::Status problem;  // why the state is not kServing
-  };
   // What can be done with the map at the moment.
-  Condition condition() const;
+  MapCondition condition() const;
   // ABORTED if the map is another incarnation than `expected`; 0 expects any.
   absl::Status CheckIncarnation(uint64_t expected) const;
 
@@ -228,8 +223,6 @@ class MapSession {
 
   // Notices that the files of the map are no longer those that were opened, and ends its service.
   void CheckFiles();
-  // Adds to the damage that was found before. Any thread may call this.
-  void NoteDamage(const absl::Status& damage);
   // Notes what the store answered to an attempt to write.
   void NoteWrite(const absl::Status& written);
   // Maintenance between two groups: expiry, compaction and marks of time.
@@ -262,7 +255,7 @@ class MapSession {
   absl::Duration last_commit_took_;       // used by the writer's thread only
 
   SessionMeters meters_;
-  WriteHealth write_health_;
+  MapHealth health_;
   HistoryPool history_;
   Compaction compaction_;  // used by the writer's thread only
 
@@ -278,7 +271,6 @@ class MapSession {
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
   bool refuses_late_ ABSL_GUARDED_BY(queue_mutex_) = false;
   absl::Status problem_ ABSL_GUARDED_BY(queue_mutex_);
-  absl::Status damage_ ABSL_GUARDED_BY(queue_mutex_);  // that was found so far
 
   // Set before anybody but Start has the session.
   std::unique_ptr<Executor::Running> writer_;

@@ -108,13 +108,13 @@ void Site::PlanRetry(const Entry& entry, const std::string& stamp) {
   const auto [it, is_first] = retries_.try_emplace(entry.name);
   Retry& retry = it->second;
   if (!is_first) retry.pause = std::min(2 * retry.pause, kLastPause);
-  retry.at = SteadyTime::Now() + retry.pause;
+  retry.at = clock().SinceBoot() + retry.pause;
   retry.stamp = absl::IsDataLoss(entry.problem) ? stamp : "";
 }
 
 std::optional<std::pair<std::string, Site::Retry>> Site::ReserveMapToReopen() {
   const MutexLock lock(&mutex_);
-  const SteadyTime now = SteadyTime::Now();
+  const absl::Duration now = clock().SinceBoot();
   for (auto& [name, retry] : retries_) {
     if (retry.at > now || reserved_.contains(name)) continue;
     // It was deleted, and perhaps made anew; or it is listed for want of room.

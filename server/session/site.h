@@ -15,7 +15,6 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "base/sync/mutex.h"
-#include "base/sync/steady_time.h"
 #include "map/check_report.h"
 #include "server/session/map_session.h"
 #include "storage/map_store.h"
@@ -45,8 +44,8 @@ class Site {
     absl::Status problem;
 
     // What can be done with the map at the moment.
-    MapSession::Condition condition() const {
-      return session ? session->condition() : MapSession::Condition{MapState::kClosed, problem};
+    MapCondition condition() const {
+      return session ? session->condition() : MapCondition{MapState::kClosed, problem};
     }
   };
 
@@ -120,7 +119,7 @@ class Site {
   static Entry WithProblem(Entry entry);
   // When a map that could not be opened is opened again.
   struct Retry {
-    SteadyTime at = SteadyTime::InfinitePast();
+    absl::Duration at;  // ServerClock::SinceBoot
     absl::Duration pause = kFirstPause;
     std::string stamp;  // of a damaged map: MapStore::FileStamp at the last attempt
   };

@@ -514,10 +514,7 @@ TEST(FewFilesTest, MapThatFindsNoMoreOpenFilesIsMadeOrNothingIsLeft) {
       const auto created = store->Create(HeaderOf("site"));
       was_created = created.ok();
       if (!was_created) {
-        // UNAVAILABLE if it is a folder that can't be opened, to sync a name in it: SQLite has
-        // forgotten the reason when it tells the error.
-        EXPECT_THAT(created.status().code(),
-                    AnyOf(absl::StatusCode::kResourceExhausted, absl::StatusCode::kUnavailable))
+        EXPECT_EQ(created.status().code(), absl::StatusCode::kResourceExhausted)
             << created.status();
       }
     }

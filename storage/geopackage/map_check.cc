@@ -120,13 +120,8 @@ absl::StatusOr<bool> MapChecker::CheckVersion() {
     HYPERMAP_RETURN_IF_ERROR(findings_.AddDamage("hypermap_metadata", "", version.status()));
     return false;
   }
-  if (*version == kSchemaVersion) return true;
-  return absl::FailedPreconditionError(
-      *version > kSchemaVersion
-          ? absl::StrCat("schema version ", *version, " is newer than this program's ",
-                         kSchemaVersion)
-          : absl::StrCat("schema version ", *version, " is older than this program's ",
-                         kSchemaVersion, "; a server migrates the file when it opens it"));
+  HYPERMAP_RETURN_IF_ERROR(CheckIsOfThisVersion(*version));
+  return true;
 }
 
 absl::Status MapChecker::AddLines(const std::string& sql, const std::string& index) {

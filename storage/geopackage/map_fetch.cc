@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_replace.h"
+#include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
 #include "map/layers/layer_registry.h"
 #include "storage/geopackage/change_writer.h"
@@ -20,6 +21,7 @@
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/map_repair.h"
+#include "storage/geopackage/schema.h"
 #include "storage/geopackage/spatial_functions.h"
 #include "storage/geopackage/tile_matrix.h"
 #include "storage/sqlite/durable_file.h"
@@ -92,6 +94,8 @@ absl::StatusOr<KnownFile> OpenToRead(const std::string& path) {
   KnownFile file;
   HYPERMAP_ASSIGN_OR_RETURN(
       file.database, Database::Open(path, ModeForReading(path), GeoPackageOptions().busy_timeout));
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(file.database.get()));
+  HYPERMAP_RETURN_IF_ERROR(CheckIsOfThisVersion(version));
   HYPERMAP_ASSIGN_OR_RETURN(file.metadata, ReadMetadata(file.database.get()));
   HYPERMAP_ASSIGN_OR_RETURN(file.layers, ReadLayers(file.database.get()));
   return file;
@@ -295,20 +299,22 @@ absl::Status MapFetcher::Fetch(const StoredLayer& layer, int64_t id, int64_t fir
       const std::optional<int64_t> num_changes,
       database_->QueryInt64(is_grid ? kTileChanged : kObjectChanged, layer.lineage,
                             source_.metadata.revision, first, second));
-  const bool is_current = num_changes == 0;
   const StoredLayer* const in_source = FindInSource(layer);
-  if (is_current && in_source != nullptr) {
+  absl::string_view why = " is not in the copy";
+  if (num_changes != 0) {
+    why = " was changed after the copy was made";
+  } else if (in_source != nullptr) {
     const std::string fetch = absl::StrReplaceAll(is_grid ? kFetchTile : kFetchObject,
                                                   {{"$t", layer.table}, {"$s", in_source->table}});
-    HYPERMAP_RETURN_IF_ERROR(database_->Run(fetch, first, second, layer.lineage, id));
-    if (database_->changed_rows() == 1) {
+    const absl::Status status = database_->Run(fetch, first, second, layer.lineage, id);
+    if (!status.ok() && !absl::IsDataLoss(status)) return status;
+    if (status.ok() && database_->changed_rows() == 1) {
       fetched->rows.push_back(std::move(name));
       return absl::OkStatus();
     }
+    if (!status.ok()) why = " can't be read in the copy either";
   }
-  lost_.push_back(
-      absl::StrCat(name, " of layer ", layer.spec.name,
-                   is_current ? " is not in the copy" : " was changed after the copy was made"));
+  lost_.push_back(absl::StrCat(name, " of layer ", layer.spec.name, why));
   return absl::OkStatus();
 }
 
@@ -349,35 +355,37 @@ absl::StatusOr<std::vector<FetchReport::Layer>> MapFetcher::Write(const std::str
                                                     num_lost > kMaxNamed ? "; …" : ""));
 }
 
-absl::StatusOr<FetchReport> WriteAnewFrom(const std::string& path, const std::string& source,
+std::string NewPathOf(const std::string& path) { return path + ".new"; }
+std::string WorkPathOf(const std::string& path) { return path + ".work"; }
+
+// Writes the repaired file as NewPathOf, from CopyPathOf and `source`.
+absl::StatusOr<FetchReport> WriteRepaired(const std::string& path, const std::string& source,
                                           const EvidenceCheck& evidence) {
-  const std::string work = path + ".work";
-  const std::string fresh = path + ".new";
-  HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(work));
-  HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(fresh));
-  HYPERMAP_RETURN_IF_ERROR(CopyMapFile(path, work));
+  HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(WorkPathOf(path)));
+  HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(NewPathOf(path)));
+  HYPERMAP_RETURN_IF_ERROR(CopyMapFile(path, WorkPathOf(path)));
   FetchReport report;
   {
     HYPERMAP_ASSIGN_OR_RETURN(KnownFile damaged, OpenToRead(CopyPathOf(path)));
-    HYPERMAP_ASSIGN_OR_RETURN(KnownFile other, OpenToRead(source));
-    const absl::Status same = CheckSameMap(damaged, other);
-    if (!same.ok()) return absl::Status(same.code(), absl::StrCat(source, ": ", same.message()));
-    MapFetcher fetcher(std::move(damaged), std::move(other), fresh);
-    HYPERMAP_ASSIGN_OR_RETURN(report.layers, fetcher.Write(work));
+    absl::StatusOr<KnownFile> other = OpenToRead(source);
+    const absl::Status fits = other.ok() ? CheckSameMap(damaged, *other) : other.status();
+    if (!fits.ok()) return absl::Status(fits.code(), absl::StrCat(source, ": ", fits.message()));
+    MapFetcher fetcher(std::move(damaged), *std::move(other), NewPathOf(path));
+    HYPERMAP_ASSIGN_OR_RETURN(report.layers, fetcher.Write(WorkPathOf(path)));
   }
-  HYPERMAP_ASSIGN_OR_RETURN(report.after, CheckMapFile(fresh, evidence));
-  if (!report.after.findings.empty()) {
-    const Finding& finding = report.after.findings.front();
-    return absl::FailedPreconditionError(
-        absl::StrCat("the repaired file would not be whole: ", finding.table, " ", finding.row,
-                     ": ", finding.problem));
-  }
-  // The new file has what was in the log, which must not be applied to it. If power is lost in
-  // between, the copy has both.
+  HYPERMAP_ASSIGN_OR_RETURN(report.after, CheckMapFile(NewPathOf(path), evidence));
+  if (report.after.findings.empty()) return report;
+  const Finding& finding = report.after.findings.front();
+  return absl::FailedPreconditionError(
+      absl::StrCat("the repaired file would not be whole: ", finding.table, " ", finding.row, ": ",
+                   finding.problem));
+}
+
+// Puts the repaired file in the place of the damaged one. It has what was in the log, which must
+// not be applied to it.
+absl::Status PutInPlace(const std::string& path) {
   HYPERMAP_RETURN_IF_ERROR(RemoveSidecars(path));
-  HYPERMAP_RETURN_IF_ERROR(ReplaceFile(fresh, path));
-  report.copy = CopyPathOf(path);
-  return report;
+  return ReplaceFile(NewPathOf(path), path);
 }
 
 }  // namespace
@@ -392,12 +400,19 @@ absl::StatusOr<FetchReport> FetchDamaged(const std::string& path, const std::str
         "damaged");
   }
   HYPERMAP_RETURN_IF_ERROR(SaveMapCopy(path));
-  absl::StatusOr<FetchReport> report = WriteAnewFrom(path, source, evidence);
-  RemoveMapFile(path + ".work").IgnoreError();
-  if (report.ok()) return report;
-  RemoveMapFile(path + ".new").IgnoreError();
-  RemoveMapFile(CopyPathOf(path)).IgnoreError();
-  return report;
+  absl::StatusOr<FetchReport> report = WriteRepaired(path, source, evidence);
+  RemoveMapFile(WorkPathOf(path)).IgnoreError();
+  if (!report.ok()) {
+    RemoveMapFile(NewPathOf(path)).IgnoreError();
+    RemoveMapFile(CopyPathOf(path)).IgnoreError();
+    return report;
+  }
+  report->copy = CopyPathOf(path);
+  const absl::Status status = PutInPlace(path);
+  if (status.ok()) return report;
+  // The log may be gone already, and with it commits that only the copy has.
+  return absl::Status(status.code(),
+                      absl::StrCat(status.message(), "; the file as it was is ", report->copy));
 }
 
 }  // namespace hypermap::storage

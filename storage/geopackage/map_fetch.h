@@ -31,9 +31,9 @@ struct FetchReport {
 //
 // FAILED_PRECONDITION if `source` is not of this map, or of a revision that the history does not
 // cover; or if something would be lost, which the error names: because it was changed since, is not
-// in `source`, or is damaged in another table than those of layers. ALREADY_EXISTS as
-// RepairMapFile; errors of CheckMapFile. After an error the map is as it was. REQUIRES: nobody else
-// has the file open.
+// or can't be read in `source`, or is damaged in another table than those of layers. ALREADY_EXISTS
+// as RepairMapFile; errors of CheckMapFile. After an error the map is as it was, unless the error
+// says that the copy is. REQUIRES: nobody else has the file open.
 absl::StatusOr<FetchReport> FetchDamaged(const std::string& path, const std::string& source,
                                          const EvidenceCheck& evidence);
 

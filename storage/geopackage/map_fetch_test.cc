@@ -3,9 +3,10 @@
 #include "storage/geopackage/map_fetch.h"
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
-#include <set>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
@@ -26,8 +27,6 @@ using ::hypermap::testing::UniformInt;
 using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using ::testing::Not;
-
-constexpr int kBytesOfPage = 4096;
 
 class MapFetchTest : public ::testing::Test {
  protected:
@@ -52,20 +51,9 @@ class MapFetchTest : public ::testing::Test {
   // Closes the map and flips a bit of a page of a table.
   void Damage(Rng& rng, const std::string& table, bool only_leaves = true) {
     map_.stored = nullptr;
-    std::vector<int64_t> pages;
-    {
-      const auto database = Connect(path_);
-      Statement select = *database->Prepare(
-          "SELECT pageno FROM dbstat WHERE name = ? AND (pagetype = 'leaf' OR NOT ?)");
-      select.Bind(table, only_leaves);
-      while (*select.Step()) pages.push_back(select.Int64(0));
-    }
+    const std::vector<int64_t> pages = PagesOf(path_, table, only_leaves);
     ASSERT_THAT(pages, Not(IsEmpty()));
-    std::string bytes = ReadFile(path_);
-    const int64_t page = pages[UniformInt(rng, 0, static_cast<int>(pages.size()) - 1)];
-    const int64_t at = (page - 1) * kBytesOfPage + UniformInt(rng, 0, kBytesOfPage - 1);
-    bytes[at] = static_cast<char>(bytes[at] ^ 1 << UniformInt(rng, 0, 7));
-    WriteFile(path_, bytes);
+    FlipBitOfPage(rng, path_, pages[UniformInt(rng, 0, static_cast<int>(pages.size()) - 1)]);
     const auto opened = store_->Open("site");
     ASSERT_TRUE(opened.ok()) << opened.status();
     ASSERT_TRUE(absl::IsDataLoss((*opened)->damage())) << (*opened)->damage();
@@ -203,6 +191,66 @@ TEST_F(MapFetchTest, DamageElsewhereIsRefused) {
   Backup();
   Damage(rng, "hypermap_changes");
   ExpectRefused("more is damaged than layers");
+}
+
+TEST_F(MapFetchTest, CopyThatIsDamagedItselfIsRefused) {
+  Rng rng(TestSeed());
+  Backup();
+  for (const int64_t page : PagesOf(backup_, "things", /*only_leaves=*/true)) {
+    FlipBitOfPage(rng, backup_, page);
+  }
+  Damage(rng, "things");
+  ExpectRefused("can't be read in the copy either");
+}
+
+TEST_F(MapFetchTest, FileThatIsNoMapOfThisVersionIsRefused) {
+  Rng rng(TestSeed());
+  Damage(rng, "things");
+  WriteFile(backup_, "not a map");
+  ExpectRefused("file is not a database");
+  WriteFile(backup_, ReadFile(path_));
+  ASSERT_TRUE(Connect(backup_)->Execute("UPDATE hypermap_metadata SET schema_version = 7").ok());
+  ExpectRefused("schema version 7 is older");
+}
+
+// As after a kill: what the log has is not lost with it.
+TEST_F(MapFetchTest, LogBesideTheFileIsPartOfTheMap) {
+  Rng rng(TestSeed());
+  Backup();
+  Damage(rng, "things");
+  const testing::TemporaryFolder killed;
+  {
+    auto opened = store_->Open("site");
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    const Commit commit =
+        MakeCommit(*map_.snapshot, {{PutObject{"rooms", UnitSquare("bath"), ""}}});
+    ASSERT_TRUE((*opened)->Write({commit}).ok());
+    map_.snapshot = commit.applied.snapshot;
+    for (const char* suffix : {"", "-wal"}) {
+      WriteFile(killed / "site.gpkg" + suffix, ReadFile(path_ + suffix));
+    }
+  }
+  for (const char* suffix : {"", "-wal"}) {
+    WriteFile(path_ + suffix, ReadFile(killed / "site.gpkg" + suffix));
+  }
+  const auto report = Fetch();
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_FALSE(PathExists(path_ + "-wal"));
+  ExpectWhole();
+}
+
+// The copy has what was in the log, which is removed first.
+TEST_F(MapFetchTest, CopyStaysIfTheFileCantBePutInPlace) {
+  Rng rng(TestSeed());
+  Backup();
+  Damage(rng, "things");
+  // In the way of the log's removal.
+  std::filesystem::create_directories(path_ + "-journal/folder");
+  const std::string before = ReadFile(path_);
+  const auto report = Fetch();
+  EXPECT_FALSE(report.ok());
+  EXPECT_THAT(std::string(report.status().message()), HasSubstr("the file as it was is"));
+  EXPECT_EQ(ReadFile(CopyPathOf(path_)), before);
 }
 
 TEST_F(MapFetchTest, CopyWithoutTheRowIsRefused) {

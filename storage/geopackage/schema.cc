@@ -197,6 +197,14 @@ absl::Status CheckIsNotNewer(int64_t version, int64_t newest) {
       absl::StrCat("schema version ", version, " is newer than this program's ", newest));
 }
 
+absl::Status CheckIsOfThisVersion(int64_t version) {
+  HYPERMAP_RETURN_IF_ERROR(CheckIsNotNewer(version, kSchemaVersion));
+  if (version == kSchemaVersion) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("schema version ", version, " is older than this program's ", kSchemaVersion,
+                   "; a server migrates the file when it opens it"));
+}
+
 absl::Status MigrateSchema(Database* database, int64_t newest,
                            absl::Span<const Migration> migrations) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, ReadSchemaVersion(database));

@@ -30,6 +30,9 @@ absl::StatusOr<int64_t> ReadSchemaVersion(Database* database);
 // FAILED_PRECONDITION if a version is newer than `newest`.
 absl::Status CheckIsNotNewer(int64_t version, int64_t newest);
 
+// FAILED_PRECONDITION if a version is not kSchemaVersion, which readers of files need.
+absl::Status CheckIsOfThisVersion(int64_t version);
+
 // Brings a map to the version `newest` by `migrations`, all in one transaction: when a step fails,
 // the file stays as it was. FAILED_PRECONDITION for a map that is newer, or older than the first
 // step.

@@ -1,7 +1,11 @@
 #include "storage/sqlite/page_checksums.h"
 
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 #include <memory>
@@ -31,6 +35,7 @@ constexpr int kAskForChecksums = 0x48504d02;  // bool*, set
 // Of this thread.
 thread_local FailedPages* collecting = nullptr;
 thread_local int64_t last_failed_page = 0;
+thread_local int last_folder_error = 0;
 
 using Checksum = std::array<unsigned char, kPageChecksumBytes>;
 
@@ -54,6 +59,15 @@ Checksum ChecksumOf(absl::Span<const unsigned char> content) {
   PutWord(s1, checksum.data());
   PutWord(s2, checksum.data() + 4);
   return checksum;
+}
+
+// Makes the name of a file durable. Returns a code of SQLite.
+int SyncFolderOf(const char* path) {
+  const int folder = open(FolderOf(path).c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  last_folder_error = folder >= 0 && fsync(folder) == 0 ? 0 : errno;
+  if (folder >= 0) close(folder);
+  if (last_folder_error == 0) return SQLITE_OK;
+  return last_folder_error == ENOSPC ? SQLITE_FULL : SQLITE_IOERR_DIR_FSYNC;
 }
 
 // An open file. SQLite has allocated it; the file of the system has memory of its own, because its
@@ -153,9 +167,9 @@ struct ChecksumFile {
     if (code != SQLITE_OK || self->unsynced_path == nullptr) return code;
     // SQLite syncs the folder, too, but takes no notice if that fails. After a power loss there
     // might be no log, and with it none of the commits that it contains.
-    if (!SyncFolder(FolderOf(self->unsynced_path)).ok()) return SQLITE_IOERR_DIR_FSYNC;
-    self->unsynced_path = nullptr;
-    return SQLITE_OK;
+    const int synced = SyncFolderOf(self->unsynced_path);
+    if (synced == SQLITE_OK) self->unsynced_path = nullptr;
+    return synced;
   }
   static int FileSize(sqlite3_file* file, sqlite3_int64* size) {
     return Real(file)->pMethods->xFileSize(Real(file), size);
@@ -355,6 +369,8 @@ void FailedPages::Add(int64_t number) {
 }
 
 int64_t LastFailedPage() { return last_failed_page; }
+
+int LastFolderError() { return last_folder_error; }
 
 std::string DescribeFailedPage(int64_t number) {
   return absl::StrCat("page ", number,

@@ -89,6 +89,9 @@ std::string DescribeFailedPage(int64_t number);
 // The page that failed last on this thread.
 int64_t LastFailedPage();
 
+// The error number of the last sync of a new journal's folder on this thread; 0: it was done.
+int LastFolderError();
+
 }  // namespace hypermap::storage
 
 #endif  // HYPERMAP_STORAGE_SQLITE_PAGE_CHECKSUMS_H_

@@ -276,8 +276,11 @@ absl::Status Database::ErrorStatus(int code) const {
   const bool is_last =
       handle_ != nullptr && (sqlite3_extended_errcode(handle_) & 0xff) == (code & 0xff);
   const char* message = is_last ? sqlite3_errmsg(handle_) : sqlite3_errstr(code);
-  const int system_error = is_last ? sqlite3_system_errno(handle_) : 0;
-  if ((code & 0xff) == SQLITE_CANTOPEN && (system_error == EMFILE || system_error == ENFILE)) {
+  int system_error = is_last ? sqlite3_system_errno(handle_) : 0;
+  const bool is_of_folder = code == SQLITE_IOERR_DIR_FSYNC;
+  if (is_of_folder) system_error = LastFolderError();
+  if (((code & 0xff) == SQLITE_CANTOPEN || is_of_folder) &&
+      (system_error == EMFILE || system_error == ENFILE)) {
     return absl::ResourceExhaustedError(absl::StrCat(
         message, ": the limit of open files (ulimit -n) is reached (SQLite ", code, ")"));
   }

@@ -83,6 +83,25 @@ class Client:
         self._channel.close()
 
 
+# grpc.health.v1.HealthCheckResponse
+SERVING, NOT_SERVING = 1, 2
+
+
+def health(address, service):
+    """Returns what the standard health service tells of a service: SERVING, NOT_SERVING, or None if
+    it does not know the service (yet: it looks at maps about every second)."""
+    name = service.encode()
+    with grpc.insecure_channel(address) as channel:
+        try:
+            answer = channel.unary_unary("/grpc.health.v1.Health/Check")(
+                b"\n" + bytes([len(name)]) + name, timeout=DEADLINE_S)
+        except grpc.RpcError as error:
+            if error.code() == grpc.StatusCode.NOT_FOUND:
+                return None
+            raise
+    return answer[1]
+
+
 def scope(map_name, *layers, frame_id=""):
     """Returns a Scope: a map, some of its layers (all if none is named) and a frame."""
     return {"map": map_name, "layers": list(layers), "frame_id": frame_id}

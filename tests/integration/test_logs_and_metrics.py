@@ -16,7 +16,6 @@ from processes import DEADLINE_S, SiteTest
 
 TRACE_ID = "4bf92f3577b34da6a3ce929d0e0e4736"
 TRACEPARENT = f"00-{TRACE_ID}-00f067aa0ba902b7-01"
-UNKNOWN, SERVING = 3, 1  # grpc.health.v1.HealthCheckResponse
 
 
 class Observed(SiteTest):
@@ -57,20 +56,9 @@ class Observed(SiteTest):
         lines = [line.rsplit(" ", 1) for line in text.splitlines() if not line.startswith("#")]
         return {name: float(value) for name, value in lines}
 
-    def health(self, service):
-        name = service.encode()
-        with grpc.insecure_channel(self.site.address) as channel:
-            try:
-                answer = channel.unary_unary("/grpc.health.v1.Health/Check")(
-                    b"\n" + bytes([len(name)]) + name, timeout=DEADLINE_S)
-            except grpc.RpcError as error:
-                self.assertEqual(error.code(), grpc.StatusCode.NOT_FOUND)
-                return UNKNOWN
-        return answer[1]
-
     def await_health(self, service, status):
         deadline = time.monotonic() + DEADLINE_S
-        while self.health(service) != status:
+        while rpc.health(self.site.address, service) != status:
             self.assertLess(time.monotonic(), deadline)
 
 
@@ -191,9 +179,9 @@ class Health(Observed):
         self.assertEqual(self.get("/")[0], 404)
 
     def test_a_map_has_health_while_there_is_the_map(self):
-        self.assertEqual(self.health("map/site"), UNKNOWN)
+        self.assertEqual(rpc.health(self.site.address, "map/site"), None)
         self.client.CreateMap(map="site")
-        self.await_health("map/site", SERVING)
+        self.await_health("map/site", rpc.SERVING)
         self.client.DeleteMap(map="site")
-        self.await_health("map/site", UNKNOWN)
-        self.assertEqual(self.health(""), SERVING)
+        self.await_health("map/site", None)
+        self.assertEqual(rpc.health(self.site.address, ""), rpc.SERVING)

@@ -18,7 +18,6 @@ from test_full_disk import MAX_EDITS, NOTE, DiskTest
 
 SERVING, DAMAGED, READ_ONLY, CLOSED = 1, 2, 3, 4  # hypermap.v1.MapState
 STATE_NAMES = {SERVING: "serving", DAMAGED: "damaged", READ_ONLY: "read_only", CLOSED: "closed"}
-HEALTHY, UNHEALTHY = 1, 2  # grpc.health.v1.HealthCheckResponse
 STATUS_DAMAGED = 6  # hypermap.v1.AnswerStatus
 PAGE = 4096
 
@@ -36,18 +35,6 @@ class MapStates:
     def get(self, path):
         with urllib.request.urlopen(self.http + path, timeout=DEADLINE_S) as answer:
             return answer.read().decode()
-
-    def health(self, service):
-        name = service.encode()
-        with grpc.insecure_channel(self.site.address) as channel:
-            try:
-                answer = channel.unary_unary("/grpc.health.v1.Health/Check")(
-                    b"\n" + bytes([len(name)]) + name, timeout=DEADLINE_S)
-            except grpc.RpcError as error:
-                # The health of a new map is not told at once.
-                self.assertEqual(error.code(), grpc.StatusCode.NOT_FOUND)
-                return None
-        return answer[1]
 
     def entry(self, name):
         return {entry.name: entry for entry in self.client.ListMaps().maps}[name]
@@ -73,10 +60,11 @@ class MapStates:
         (shown,) = [m for m in self.site.json("maps")["maps"] if m["name"] == name]
         self.assertEqual(shown["state"], STATE_NAMES[state])
         self.assertEqual(shown.get("problem", ""), entry.problem)
-        answers = HEALTHY if state != CLOSED else UNHEALTHY
-        edits = HEALTHY if state in (SERVING, DAMAGED) else UNHEALTHY
-        for service, expected in ((f"map/{name}", answers), (f"map/{name}/edits", edits)):
-            while self.health(service) != expected:
+        answers = state != CLOSED
+        edits = state in (SERVING, DAMAGED)
+        for service, is_well in ((f"map/{name}", answers), (f"map/{name}/edits", edits)):
+            expected = rpc.SERVING if is_well else rpc.NOT_SERVING
+            while rpc.health(self.site.address, service) != expected:
                 self.assertLess(time.monotonic(), deadline, service)
         return entry
 

@@ -13,6 +13,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "base/status/status_macros.h"
@@ -208,6 +209,10 @@ Counts CampaignReport::SumOf(Fault fault) const {
 }
 
 absl::StatusOr<CampaignReport> RunCampaign(const CampaignOptions& options) {
+  const absl::Cleanup remove = [&] {
+    std::error_code error;
+    std::filesystem::remove_all(options.folder, error);
+  };
   const std::vector<std::unique_ptr<Scenario>> scenarios = MakeScenarios(options.seed);
   CampaignReport report;
   std::vector<std::unique_ptr<Rehearsal>> rehearsals;
@@ -215,16 +220,10 @@ absl::StatusOr<CampaignReport> RunCampaign(const CampaignOptions& options) {
   for (const auto& scenario : scenarios) {
     if (!IsWanted(options.scenarios, scenario->name())) continue;
     const std::string folder = options.folder + "/rehearsal";
-    const auto rehearse = [&](Plant plant, std::vector<Description> states) {
-      auto rehearsal = Rehearse(scenario.get(), folder, plant, std::move(states));
-      if (rehearsal.ok()) return rehearsal;
-      return absl::StatusOr<Rehearsal>(absl::Status(
-          rehearsal.status().code(),
-          absl::StrCat("scenario ", scenario->name(), ": ", rehearsal.status().message())));
-    };
-    HYPERMAP_ASSIGN_OR_RETURN(Rehearsal rehearsal, rehearse(Plant::kNone, {}));
+    HYPERMAP_ASSIGN_OR_RETURN(Rehearsal rehearsal, Rehearse(scenario.get(), folder, Plant::kNone));
     if (options.plant != Plant::kNone) {
-      HYPERMAP_ASSIGN_OR_RETURN(rehearsal, rehearse(options.plant, rehearsal.states));
+      HYPERMAP_ASSIGN_OR_RETURN(rehearsal,
+                                Rehearse(scenario.get(), folder, options.plant, rehearsal.states));
     }
     rehearsals.push_back(std::make_unique<Rehearsal>(std::move(rehearsal)));
     report.scenarios.push_back(scenario->name());
@@ -234,10 +233,7 @@ absl::StatusOr<CampaignReport> RunCampaign(const CampaignOptions& options) {
   // All faults of few trials are seen soon.
   std::stable_sort(tasks.begin(), tasks.end(),
                    [](const Task& a, const Task& b) { return a.trials.first < b.trials.first; });
-  const absl::Status status = RunTasks(tasks, options, &report);
-  std::error_code error;
-  std::filesystem::remove_all(options.folder, error);
-  HYPERMAP_RETURN_IF_ERROR(status);
+  HYPERMAP_RETURN_IF_ERROR(RunTasks(tasks, options, &report));
   return report;
 }
 

@@ -165,69 +165,100 @@ void Live(const Rehearsal& rehearsal, const std::string& folder, Plant plant,
   teller.Tell(Message::Kind::kEnd, num_steps);
 }
 
+namespace {
+
+// Follows the process of a rehearsal.
+class Rehearser {
+ public:
+  Rehearser(Scenario* scenario, std::string folder, Plant plant, std::vector<Description> known)
+      : folder_(std::move(folder)), plant_(plant), finds_states_(known.empty()) {
+    rehearsal_.scenario = scenario;
+    rehearsal_.states = std::move(known);
+  }
+
+  absl::StatusOr<Rehearsal> Run() {
+    HYPERMAP_RETURN_IF_ERROR(Prepare());
+    // The child has a rehearsal without states.
+    const Rehearsal unfinished{rehearsal_.scenario, {}, {}, {}, {}, nullptr, {}};
+    const Ending ending = Supervise(
+        {.child = [&](const Teller& teller) { Live(unfinished, folder_, plant_, teller); },
+         .folder = folder_,
+         .on_call = [this](const SeenCall& call) { return See(call); },
+         .on_message = [this](const Message& message) { Hear(message); }});
+    HYPERMAP_RETURN_IF_ERROR(problem_);
+    if (ending.kind != Ending::Kind::kExited || !has_ended_) {
+      return absl::InternalError(absl::StrCat("the process ends with ", ending.number));
+    }
+    rehearsal_.after = ReadTree(folder_);
+    return std::move(rehearsal_);
+  }
+
+ private:
+  absl::Status Prepare() {
+    WriteTree({}, folder_);
+    const auto prepared = RunApart([&]() -> absl::StatusOr<std::string> {
+      HYPERMAP_RETURN_IF_ERROR(rehearsal_.scenario->Prepare(folder_));
+      return "";
+    });
+    HYPERMAP_RETURN_IF_ERROR(prepared.status());
+    rehearsal_.before = ReadTree(folder_);
+    DescribeState();
+    rehearsal_.record = std::make_unique<Recorder>(folder_);
+    Note();
+    return absl::OkStatus();
+  }
+
+  void DescribeState() {
+    if (!finds_states_) return;
+    auto description = DescribeCopy(*rehearsal_.scenario, folder_);
+    if (!description.ok() && problem_.ok()) problem_ = description.status();
+    rehearsal_.states.push_back(description.value_or(Description()));
+  }
+
+  void Note() {
+    rehearsal_.record->AddNote(static_cast<int64_t>(rehearsal_.progress.size()));
+    rehearsal_.progress.push_back(now_);
+  }
+
+  Answer See(const SeenCall& call) {
+    Answer answer;
+    const Plant mistake = call.is_folder ? Plant::kFolderSyncIsLeftOut : Plant::kFileSyncIsLeftOut;
+    if (call.call == FileCall::kSync && plant_ == mistake) answer.kind = Answer::Kind::kPretend;
+    if (CanFail(call)) rehearsal_.calls.push_back({call.call, now_.begun, call.path});
+    rehearsal_.record->Add(call, answer);
+    return answer;
+  }
+
+  void Hear(const Message& message) {
+    if (message.kind == Message::Kind::kBegin) now_.begun = message.step;
+    if (message.kind == Message::Kind::kDone && now_.done < message.step) {
+      now_.done = message.step;
+      DescribeState();
+    }
+    if (message.kind == Message::Kind::kFailed && problem_.ok()) {
+      problem_ = absl::InternalError(absl::StrCat("step ", message.step, ": ", message.text));
+    }
+    has_ended_ = has_ended_ || message.kind == Message::Kind::kEnd;
+    Note();
+  }
+
+  const std::string folder_;
+  const Plant plant_;
+  const bool finds_states_;
+  Rehearsal rehearsal_;
+  absl::Status problem_;
+  Progress now_;
+  bool has_ended_ = false;
+};
+
+}  // namespace
+
 absl::StatusOr<Rehearsal> Rehearse(Scenario* scenario, const std::string& folder, Plant plant,
                                    std::vector<Description> known) {
-  Rehearsal rehearsal;
-  rehearsal.states = std::move(known);
-  const bool finds_states = rehearsal.states.empty();
-  rehearsal.scenario = scenario;
-  WriteTree({}, folder);
-  HYPERMAP_RETURN_IF_ERROR(RunApart([&]() -> absl::StatusOr<std::string> {
-                             HYPERMAP_RETURN_IF_ERROR(scenario->Prepare(folder));
-                             return "";
-                           }).status());
-  rehearsal.before = ReadTree(folder);
-  absl::Status problem;
-  const auto describe = [&] {
-    if (!finds_states) return;
-    auto description = DescribeCopy(*scenario, folder);
-    if (!description.ok() && problem.ok()) problem = description.status();
-    rehearsal.states.push_back(description.value_or(Description()));
-  };
-  describe();
-  rehearsal.record = std::make_unique<Recorder>(folder);
-  Progress now;
-  bool has_ended = false;
-  const auto note = [&] {
-    rehearsal.record->AddNote(static_cast<int64_t>(rehearsal.progress.size()));
-    rehearsal.progress.push_back(now);
-  };
-  note();
-  Supervised supervised;
-  supervised.folder = folder;
-  // The child has a copy of an unfinished rehearsal, without states.
-  const Rehearsal unfinished{scenario, {}, {}, {}, {}, nullptr, {}};
-  supervised.child = [&](const Teller& teller) { Live(unfinished, folder, plant, teller); };
-  supervised.on_call = [&](const SeenCall& call) {
-    Answer answer;
-    const bool leaves_out =
-        call.call == FileCall::kSync && (call.is_folder ? plant == Plant::kFolderSyncIsLeftOut
-                                                        : plant == Plant::kFileSyncIsLeftOut);
-    if (leaves_out) answer.kind = Answer::Kind::kPretend;
-    if (CanFail(call)) rehearsal.calls.push_back({call.call, now.begun, call.path});
-    rehearsal.record->Add(call, answer);
-    return answer;
-  };
-  supervised.on_message = [&](const Message& message) {
-    if (message.kind == Message::Kind::kBegin) now.begun = message.step;
-    if (message.kind == Message::Kind::kDone && now.done < message.step) {
-      now.done = message.step;
-      describe();
-    }
-    if (message.kind == Message::Kind::kFailed && problem.ok()) {
-      problem = absl::InternalError(absl::StrCat("step ", message.step, ": ", message.text));
-    }
-    has_ended = has_ended || message.kind == Message::Kind::kEnd;
-    note();
-  };
-  const Ending ending = Supervise(supervised);
-  HYPERMAP_RETURN_IF_ERROR(problem);
-  if (ending.kind != Ending::Kind::kExited || !has_ended) {
-    return absl::InternalError(
-        absl::StrCat("the rehearsal of ", scenario->name(), " ends with ", ending.number));
-  }
-  rehearsal.after = ReadTree(folder);
-  return rehearsal;
+  auto rehearsal = Rehearser(scenario, folder, plant, std::move(known)).Run();
+  if (rehearsal.ok()) return rehearsal;
+  return absl::Status(rehearsal.status().code(), absl::StrCat("scenario ", scenario->name(), ": ",
+                                                              rehearsal.status().message()));
 }
 
 Judgement JudgeFolder(const Rehearsal& rehearsal, const std::string& folder, const Progress& known,
