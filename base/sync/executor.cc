@@ -53,6 +53,8 @@ class LoopThread : public Executor::Running {
 
 class OneThreadEach : public Executor {
  public:
+  SteadyTime Now() const override { return SteadyTime::Now(); }
+
   absl::StatusOr<std::unique_ptr<Running>> Start(ThreadName name, Step step) override {
     auto loop = std::make_unique<LoopThread>(std::move(step));
     if (absl::Status status = loop->Start(name); !status.ok()) return status;

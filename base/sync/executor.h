@@ -8,6 +8,7 @@
 #include "absl/functional/any_invocable.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "base/sync/steady_time.h"
 #include "base/sync/thread_name.h"
 
 namespace hypermap {
@@ -35,6 +36,10 @@ class Executor {
   };
 
   virtual ~Executor() = default;
+
+  // The time by which loops sleep. What a loop paces, limits or waits for is measured by it. Thread
+  // safe.
+  virtual SteadyTime Now() const = 0;
 
   // Starts a loop, whose first step is due at once. RESOURCE_EXHAUSTED if the machine can run no
   // more loops.

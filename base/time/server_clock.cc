@@ -39,6 +39,11 @@ ServerClock::Reading ServerClock::ReadClocks() const {
   return {wall, after, after - before};
 }
 
+absl::Duration ServerClock::Reading::WallMinus(absl::Time other_at_boot) const {
+  const absl::Duration least = wall_at_boot() - other_at_boot;
+  return std::max(least, std::min(least + took, absl::ZeroDuration()));
+}
+
 ServerClock::Instant ServerClock::Read() {
   const Reading reading = ReadClocks();
   const MutexLock lock(&mutex_);
@@ -53,7 +58,7 @@ void ServerClock::Update(const Reading& reading) {
   if (reading.since_boot < updated_ || reading.took > kMaxReading) return;
   const absl::Duration passed = reading.since_boot - updated_;
   updated_ = reading.since_boot;
-  const absl::Duration error = reading.wall_at_boot() - now_at_boot_;
+  const absl::Duration error = reading.WallMinus(now_at_boot_);
   if (absl::AbsDuration(error) <= kInStep) {
     if (pending_) EndJump(reading);
     Slew(error, passed);

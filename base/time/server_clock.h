@@ -72,6 +72,9 @@ class ServerClock {
 
     // The wall clock's reading at the boot, as long as nobody sets it.
     absl::Time wall_at_boot() const { return wall - since_boot; }
+    // The least that the wall clock can differ from a clock that read `other_at_boot` at the boot:
+    // the time at which it was read is known to `took`.
+    absl::Duration WallMinus(absl::Time other_at_boot) const;
   };
   struct Pending {
     absl::Time wall_at_boot;

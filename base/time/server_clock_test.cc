@@ -39,6 +39,36 @@ TEST_F(ServerClockTest, C1GoesWithTheWallClock) {
   EXPECT_EQ(clock_.state().num_jumps, 0);
 }
 
+// Otherwise a thread that is interrupted between the two clocks would draw the clock back.
+TEST_F(ServerClockTest, AReadingThatTookAWhileIsNoErrorOfTheClock) {
+  class SlowClock : public Clock {
+   public:
+    absl::Time Wall() const override {
+      const absl::Time wall = machine.Wall();
+      machine.Advance(took);
+      return wall;
+    }
+    absl::Duration SinceBoot() const override { return machine.SinceBoot(); }
+    const std::string& BootId() const override { return machine.BootId(); }
+
+    mutable ManualClock machine;
+    absl::Duration took;
+  };
+  SlowClock slow;
+  ServerClock clock(&slow);
+  const ServerClock::Instant begin = clock.Read();
+  slow.took = absl::Milliseconds(50);
+  for (int i = 0; i < 100; ++i) {
+    const ServerClock::Instant instant = clock.Read();
+    EXPECT_EQ(instant.now - begin.now, instant.since_boot - begin.since_boot);
+  }
+  // An error that is larger than that is made up for.
+  slow.machine.Jump(-absl::Milliseconds(60));
+  for (int i = 0; i < 200; ++i) clock.Now();
+  const ServerClock::Instant end = clock.Read();
+  EXPECT_EQ(end.now - begin.now, end.since_boot - begin.since_boot - absl::Milliseconds(60));
+}
+
 TEST_F(ServerClockTest, TimesAreWholeNanosecondsWhileItIsDrawnTowardsTheWallClock) {
   machine_.Jump(absl::Milliseconds(1));
   for (int i = 0; i < 100; ++i) {

@@ -49,14 +49,14 @@ bool LateObservations::TakeIfLate(const Snapshot& snapshot, Waiting& waiting) {
   if (!must_wait) return false;
   for (const Robot& robot : robots) ++robots_[robot];
   waiting_.push_back({std::move(waiting), entries > kNearEntries ? Lane::kFar : Lane::kNear,
-                      is_late, clock_->SinceBoot()});
+                      is_late, executor_->Now()});
   return true;
 }
 
 absl::Duration LateObservations::UntilWork() const {
   if (is_working()) return absl::ZeroDuration();
   if (waiting_.empty()) return absl::InfiniteDuration();
-  const absl::Duration now = clock_->SinceBoot();
+  const SteadyTime now = executor_->Now();
   return std::min(waiting_.back().since + kPause - now, waiting_.front().since + kMaxPause - now);
 }
 

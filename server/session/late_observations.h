@@ -15,7 +15,8 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/time/time.h"
-#include "base/time/server_clock.h"
+#include "base/sync/executor.h"
+#include "base/sync/steady_time.h"
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
 #include "server/session/group_commit.h"
@@ -32,8 +33,9 @@ namespace hypermap::server {
 // with it. Used by the writer's thread only.
 class LateObservations {
  public:
-  // `fusion` and `clock` must outlive this.
-  LateObservations(MapFusion* fusion, const ServerClock* clock) : fusion_(fusion), clock_(clock) {}
+  // `executor` is the writer's. Both must outlive this.
+  LateObservations(MapFusion* fusion, const Executor* executor)
+      : fusion_(fusion), executor_(executor) {}
 
   struct Waiting {
     ObservationSubmission submission;  // REQUIRES: judged_at
@@ -63,8 +65,8 @@ class LateObservations {
   struct Entry {
     Waiting waiting;
     Lane lane = Lane::kNear;
-    bool is_late = true;   // false: it waits only for an earlier one of its robot
-    absl::Duration since;  // ServerClock::SinceBoot at its arrival
+    bool is_late = true;  // false: it waits only for an earlier one of its robot
+    SteadyTime since;     // when it came
   };
   // The submissions for which one work is done, all of one layer; empty if there is none.
   struct Portion {
@@ -86,7 +88,7 @@ class LateObservations {
   std::vector<Waiting> End(Portion& portion);
 
   MapFusion* const fusion_;
-  const ServerClock* const clock_;
+  const Executor* const executor_;
   std::list<Entry> waiting_;  // in order of arrival
   std::array<Portion, FusedLayer::kNumLanes> lanes_;
   std::map<Robot, int> robots_;  // number of submissions of each that wait or are in a portion

@@ -14,6 +14,7 @@
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 #include "map/content_bytes.h"
 #include "server/fusion/evidence.h"
 #include "server/session/awaited_task.h"
@@ -76,7 +77,7 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
   session->fusion_ = std::move(fusion);
   session->health_.NoteDamage(session->stored_->damage());
   for (const auto& [name, layer] : snapshot->damaged) session->health_.NoteDamage(layer.damage);
-  session->late_.emplace(session->fusion_.get(), session->options_.clock.get());
+  session->late_.emplace(session->fusion_.get(), session->options_.executor);
   HYPERMAP_ASSIGN_OR_RETURN(
       session->writer_,
       options.executor->Start("hm-writer", [writer = session.get()] { return writer->Step(); }));
@@ -353,9 +354,9 @@ std::optional<absl::Duration> MapSession::Step() {
   }
   // With submissions, the commit looks at the files.
   if (submissions->empty()) CheckFiles();
-  const absl::Duration start = options_.clock->SinceBoot();
+  const SteadyTime start = options_.executor->Now();
   Commit(*std::move(submissions));
-  last_commit_took_ = options_.clock->SinceBoot() - start;
+  last_commit_took_ = options_.executor->Now() - start;
   RunTasks();
   MaintainMap();
   WorkOnLate();
@@ -417,7 +418,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
     if (next > 0) RunTasks();
     if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
-    const absl::Duration end_of_group = options_.clock->SinceBoot() + options_.max_group_time;
+    const SteadyTime end_of_group = options_.executor->Now() + options_.max_group_time;
     do {
       auto* observations =
           std::get_if<Queued<ObservationSubmission, VerdictsCallback>>(&submissions[next]);
@@ -430,7 +431,7 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
       }
       ++next;
     } while (next < submissions.size() && group.bytes() < options_.max_group_bytes &&
-             options_.clock->SinceBoot() < end_of_group);
+             options_.executor->Now() < end_of_group);
     Finish(group);
   }
 }
@@ -469,9 +470,9 @@ void MapSession::WorkOnLate() {
     refuses = refuses_late_;
   }
   if (refuses) return RefuseLate();
-  const absl::Duration start = options_.clock->SinceBoot();
+  const SteadyTime start = options_.executor->Now();
   std::vector<LateObservations::Waiting> ready = late_->Work(*snapshot(), [&] {
-    const absl::Duration passed = options_.clock->SinceBoot() - start;
+    const absl::Duration passed = options_.executor->Now() - start;
     if (passed >= kMaxLateWork) return true;
     if (passed < last_commit_took_) return false;
     const MutexLock lock(&queue_mutex_);

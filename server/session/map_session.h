@@ -62,10 +62,10 @@ struct SessionOptions {
   // Time after which a group takes no further submission: tasks, for which threads of all maps may
   // wait, come after it.
   absl::Duration max_group_time = absl::Milliseconds(50);
-  // Runs the writers of the maps; must outlive them.
+  // Runs the writers of the maps, by its time; must outlive them.
   Executor* executor = &ThreadExecutor();
-  // The clock of all maps of a site: of commit times, ages, the expiry of objects, the pace of the
-  // writers, and of the stamps of observations, unless `fusion` has a clock of its own.
+  // The clock of all maps of a site: of commit times, ages, the expiry of objects, and of the
+  // stamps of observations, unless `fusion` has a clock of its own.
   std::shared_ptr<ServerClock> clock = std::make_shared<ServerClock>();
   // The memory of the content of all maps, and its limit.
   std::shared_ptr<admission::ContentBudget> content = std::make_shared<admission::ContentBudget>();

@@ -34,8 +34,6 @@ class Schedule : public Clock, public Executor {
   int64_t num_run() const { return num_run_; }
 
   absl::Duration now() const { return now_; }
-  // The same moment for code that measures with SteadyTime.
-  SteadyTime steady_now() const { return steady_begin_ + now_; }
 
   bool Chance(double probability);
   int64_t Pick(int64_t low, int64_t high);  // both ends included
@@ -53,6 +51,7 @@ class Schedule : public Clock, public Executor {
   const std::string& BootId() const override { return boot_id_; }
 
   // Executor: steps of loops are events.
+  SteadyTime Now() const override { return steady_begin_ + now_; }
   absl::StatusOr<std::unique_ptr<Running>> Start(ThreadName name, Step step) override;
 
  private:

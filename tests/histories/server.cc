@@ -136,8 +136,8 @@ void Server::Run(const std::shared_ptr<Stream>& stream) {
   if (network_->Cuts()) return End(stream, absl::UnavailableError("connection cut"));
   grpc::Slice slice;
   absl::StatusOr<Step> step = Step::kMessage;
-  const bool shared = schedule_->Chance(0.5) && source.TakeShared(schedule_->steady_now(), &slice);
-  if (!shared) step = source.Next(schedule_->steady_now(), &slice);
+  const bool shared = schedule_->Chance(0.5) && source.TakeShared(schedule_->Now(), &slice);
+  if (!shared) step = source.Next(schedule_->Now(), &slice);
   if (!step.ok()) return End(stream, step.status());
   if (*step == Step::kMessage) {
     stream->line.Send([call = stream->call, bytes = std::string(slice.begin(), slice.end())] {
@@ -148,7 +148,7 @@ void Server::Run(const std::shared_ptr<Stream>& stream) {
     const bool waits_for_tick = *step == Step::kMessage && source.gathers();
     return RunAfter(stream, waits_for_tick ? options_.tuning.calm_tick : absl::ZeroDuration());
   }
-  RunAfter(stream, source.idle_for(schedule_->steady_now()));
+  RunAfter(stream, source.idle_for(schedule_->Now()));
   stream->wait = source.feed().Await(source.taken(), [this, weak = std::weak_ptr<Stream>(stream)] {
     if (const auto stream = weak.lock()) RunAfter(stream, absl::ZeroDuration());
   });
