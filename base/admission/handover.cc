@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "base/sync/deadline.h"
 #include "base/sync/start_thread.h"
 
 namespace hypermap::admission {
@@ -30,6 +31,8 @@ Handover::~Handover() {
     const MutexLock lock(&mutex_);
     stopping_ = true;
     waiting_.clear();
+    const Deadline end(kGrace);
+    while (!given_.empty() && !end.has_passed()) was_given_.WaitFor(&mutex_, end.left());
     for (const int socket : given_) shutdown(socket, SHUT_RDWR);
     std::swap(threads, threads_);
   }
@@ -81,6 +84,7 @@ void Handover::Run() {
     accept_(std::move(socket));
     const MutexLock lock(&mutex_);
     given_.erase(duplicate.get());
+    was_given_.NotifyOne();
   }
 }
 

@@ -11,6 +11,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/container/flat_hash_set.h"
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "base/admission/listening_socket.h"
 #include "base/sync/mutex.h"
 
@@ -24,12 +25,14 @@ namespace hypermap::admission {
 class Handover {
  public:
   static constexpr int kMaxThreads = 8;
+  // Time that gRPC has at the end to read what has come.
+  static constexpr absl::Duration kGrace = absl::Seconds(1);
 
   // RESOURCE_EXHAUSTED if no thread can be started.
   static absl::StatusOr<std::unique_ptr<Handover>> Start(
       std::function<void(FileDescriptor socket)> accept);
-  // Closes the connections that wait, shuts down those that are being given, and waits for the
-  // threads.
+  // Closes the connections that wait, shuts down those that are still being given after kGrace, and
+  // waits for the threads.
   ~Handover();
   Handover(const Handover&) = delete;
   Handover& operator=(const Handover&) = delete;
@@ -51,6 +54,7 @@ class Handover {
   const int niceness_;
   Mutex mutex_;
   CondVar changed_;
+  CondVar was_given_;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   bool waited_ ABSL_GUARDED_BY(mutex_) = false;
   std::deque<FileDescriptor> waiting_ ABSL_GUARDED_BY(mutex_);

@@ -5,9 +5,11 @@
 
 #include <functional>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <vector>
 
+#include "absl/time/clock.h"
 #include "base/sync/mutex.h"
 #include "tests/support/eventually.h"
 
@@ -25,9 +27,12 @@ SocketPair MakeSocketPair() {
   return {FileDescriptor(ends[0]), FileDescriptor(ends[1])};
 }
 
-// Reads from each connection until its client is done, as gRPC does from one that never pauses.
+// Reads from each connection until its client is done, as gRPC does from one that never pauses, or
+// has sent kLast, which is answered.
 class HandoverTest : public ::testing::Test {
  protected:
+  static constexpr char kLast = 'q';
+
   void SetUp() override {
     auto handover = Handover::Start([this](FileDescriptor socket) {
       {
@@ -35,7 +40,8 @@ class HandoverTest : public ::testing::Test {
         ++num_given_;
       }
       char byte = 0;
-      while (recv(socket.get(), &byte, 1, 0) > 0) continue;
+      while (recv(socket.get(), &byte, 1, 0) > 0 && byte != kLast) continue;
+      send(socket.get(), &byte, 1, MSG_NOSIGNAL);
     });
     ASSERT_TRUE(handover.ok()) << handover.status();
     handover_ = *std::move(handover);
@@ -83,6 +89,19 @@ TEST_F(HandoverTest, EndsAlthoughConnectionsKeepItsThreads) {
   handover_.reset();
   char byte = 0;
   EXPECT_EQ(recv(flood.client.get(), &byte, 1, 0), 0);
+}
+
+// gRPC may serve the first call of a connection on the thread that gives it.
+TEST_F(HandoverTest, WhatIsServedAtTheEndIsAnswered) {
+  SocketPair honest = MakeSocketPair();
+  handover_->Give(std::move(honest.server));
+  EXPECT_TRUE(EventuallyGiven(1));
+  const std::jthread ending([this] { handover_.reset(); });
+  absl::SleepFor(absl::Milliseconds(50));
+  ASSERT_EQ(send(honest.client.get(), &kLast, 1, MSG_NOSIGNAL), 1);
+  char byte = 0;
+  ASSERT_EQ(recv(honest.client.get(), &byte, 1, 0), 1);
+  EXPECT_EQ(byte, kLast);
 }
 
 }  // namespace

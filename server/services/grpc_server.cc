@@ -216,7 +216,6 @@ void GrpcServer::RemoveOldTrash() {
 const std::string& GrpcServer::address() const { return listener_->connections().address(); }
 
 void GrpcServer::Shutdown(absl::Duration grace) {
-  listener_->Stop();
   health_.Stop();
   // Streams that have no end of their own would hold up the shutdown for all of `grace`.
   for (const Site::Entry& map : site_->List()) {
@@ -226,6 +225,8 @@ void GrpcServer::Shutdown(absl::Duration grace) {
   ingest_.StopStreams();
   reflection_.Stop();
   watch_.EndAfter(kWatchGrace);
+  // Now, because it shuts down connections from which gRPC does not stop reading.
+  listener_->Stop();
   CloseWhenIdle();
   server_->Shutdown(absl::ToChronoTime(absl::Now() + grace));
   server_->Wait();
