@@ -183,9 +183,9 @@ nightly:
 	@$(MAKE) attack
 
 fuzz: build/.deps-build
-	@cmake --preset fuzz $(CMAKE_ARGS)
-	@cmake --build build/fuzz --parallel $(JOBS) --target $(or $(FUZZERS:%=%_fuzzer),fuzzers)
-	@tests/fuzz/run.sh build/fuzz/tests/fuzz $(or $(SECONDS),60) $(FUZZERS)
+	@cmake --preset asan $(CMAKE_ARGS)
+	@cmake --build build/asan --parallel $(JOBS) --target $(or $(FUZZERS:%=%_fuzzer),fuzzers)
+	@JOBS=$(JOBS) tests/fuzz/run.sh build/asan/tests/fuzz $(or $(SECONDS),60) $(FUZZERS)
 
 # The test docs.api_is_up_to_date fails if this would change anything.
 api: build/.deps-api

@@ -76,6 +76,17 @@ TEST(SimulatedDiskTest, FileThatIsMovedToAnotherFolderIsInOneOfThem) {
   }
 }
 
+TEST(SimulatedDiskTest, ExchangeIsDoneWholeOrNotAtAll) {
+  for (const NameOrder order : {NameOrder::kJournal, NameOrder::kFolders}) {
+    Recorded disk(order);
+    disk.Add(Kind::kAppear, 0, "a").bytes = "one";
+    disk.Add(Kind::kAppear, 1, "b").bytes = "other";
+    disk.Add(Kind::kExchange, 0, "b").from = "a";
+    EXPECT_EQ(disk.Outcomes(),
+              (std::set<Files>{{{"a", "one"}, {"b", "other"}}, {{"a", "other"}, {"b", "one"}}}));
+  }
+}
+
 TEST(SimulatedDiskTest, ContentOfAFolderIsGoneWithItsName) {
   Recorded disk(NameOrder::kFolders);
   disk.Add(Kind::kMakeFolder, -1, "f");

@@ -24,6 +24,11 @@ absl::Status Sync(const std::string& path, int flags) {
   return status;
 }
 
+// As rename: 0, or -1 and errno.
+int ExchangeFiles(const std::string& one, const std::string& other) {
+  return renameat2(AT_FDCWD, one.c_str(), AT_FDCWD, other.c_str(), RENAME_EXCHANGE);
+}
+
 }  // namespace
 
 absl::Status FileError(int error, absl::string_view what) {
@@ -75,10 +80,21 @@ absl::Status PublishFile(const std::string& temporary, const std::string& path) 
 
 absl::Status ReplaceFile(const std::string& temporary, const std::string& path) {
   HYPERMAP_RETURN_IF_ERROR(Sync(temporary, 0));
-  if (rename(temporary.c_str(), path.c_str()) != 0) {
+  const bool exchanged = ExchangeFiles(temporary, path) == 0;
+  // Not all file systems can exchange names (NFS), and there may be nothing to replace.
+  const bool may_rename = !exchanged && (errno == EINVAL || errno == ENOSYS || errno == ENOENT);
+  if (!exchanged && (!may_rename || rename(temporary.c_str(), path.c_str()) != 0)) {
     return FileError(errno, absl::StrCat("cannot rename ", temporary, " to ", path));
   }
-  return SyncFolder(FolderOf(path));
+  const absl::Status status = SyncFolder(FolderOf(path));
+  if (status.ok()) {
+    // What stays of the earlier file does no harm.
+    if (exchanged) unlink(temporary.c_str());
+    return status;
+  }
+  if (exchanged && ExchangeFiles(temporary, path) == 0) return status;
+  return absl::Status(status.code(),
+                      absl::StrCat(status.message(), "; and ", path, " is replaced"));
 }
 
 absl::Status LinkOrCopyFile(const std::string& from, const std::string& to) {

@@ -35,8 +35,10 @@ absl::Status SyncFolder(const std::string& path);
 // connection's POSIX locks.
 absl::Status PublishFile(const std::string& temporary, const std::string& path);
 
-// As PublishFile, in place of the file that has the final name: at every moment, also after a power
-// loss, the name is that of one of the two.
+// As PublishFile, in place of the file that has the final name, if there is one: at every moment,
+// also after a power loss, the name is that of one of the two. On error the name is that of the
+// earlier file, unless the file system can't exchange names and the error says so; what is called
+// `temporary` then is to be removed.
 absl::Status ReplaceFile(const std::string& temporary, const std::string& path);
 
 // Gives a closed file a second name, or copies it where the file system has no second names. On

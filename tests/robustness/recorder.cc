@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -210,6 +211,10 @@ void Recorder::AddSync(const SeenCall& call, const Answer& answer) {
 }
 
 void Recorder::AddMove(const SeenCall& call) {
+  if (call.number == SYS_renameat2 && (call.arguments[4] & RENAME_EXCHANGE) != 0) {
+    AddExchange(call);
+    return;
+  }
   if (!names_.contains(call.path) || call.path == call.other) return;
   std::map<std::string, int> moved;
   for (auto it = names_.lower_bound(call.path); it != names_.end();) {
@@ -223,6 +228,12 @@ void Recorder::AddMove(const SeenCall& call) {
   }
   for (const auto& [name, file] : moved) names_[name] = file;
   Append(Kind::kMove, FileOf(call.other), call.other).from = call.path;
+}
+
+void Recorder::AddExchange(const SeenCall& call) {
+  if (FileOf(call.path) < 0 || FileOf(call.other) < 0) return;
+  std::swap(names_[call.path], names_[call.other]);
+  Append(Kind::kExchange, FileOf(call.other), call.other).from = call.path;
 }
 
 void Recorder::AddRemoval(const SeenCall& call) {

@@ -34,6 +34,7 @@ class Recorder {
   void AddResize(const SeenCall& call);
   void AddSync(const SeenCall& call, const Answer& answer);
   void AddMove(const SeenCall& call);
+  void AddExchange(const SeenCall& call);
   void AddRemoval(const SeenCall& call);
 
   storage::FileEvent& Append(Kind kind, int file, const std::string& name);

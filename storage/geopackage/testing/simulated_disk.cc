@@ -32,6 +32,7 @@ void SimulatedDisk::Apply(const FileEvent& event) {
     case FileEvent::Kind::kLink:
     case FileEvent::Kind::kRemove:
     case FileEvent::Kind::kMove:
+    case FileEvent::Kind::kExchange:
       pending_names_.push_back(&event);
       break;
     case FileEvent::Kind::kRename:
@@ -182,6 +183,9 @@ void SimulatedDisk::ChangeNames(const FileEvent& event, Names* names) {
       for (auto& [name, file] : moved) (*names)[name] = file;
       break;
     }
+    case FileEvent::Kind::kExchange:
+      std::swap((*names)[event.from], (*names)[event.name]);
+      break;
     default:
       names->erase(event.name);
   }
@@ -189,7 +193,7 @@ void SimulatedDisk::ChangeNames(const FileEvent& event, Names* names) {
 
 std::set<std::string> SimulatedDisk::FoldersOf(const FileEvent& event) {
   std::set<std::string> folders = {FolderOfName(event.name)};
-  if (event.kind == FileEvent::Kind::kMove) folders.insert(FolderOfName(event.from));
+  if (!event.from.empty()) folders.insert(FolderOfName(event.from));
   return folders;
 }
 

@@ -21,6 +21,7 @@ struct FileEvent {
     kLink,        // the file is called `name`, too
     kRemove,      // the name, of a file or a folder, is removed
     kMove,        // the file or folder `from` is called `name` from now on
+    kExchange,    // the file `from` is called `name` from now on, and what was called so, `from`
     kRename,      // as kMove, already durable: the file is called `name`
     kVanish,      // as kRemove, already durable
     kWrite,       // `bytes` at `offset`
@@ -36,7 +37,7 @@ struct FileEvent {
   int64_t offset = 0;
   std::string bytes;
   std::string witness;  // content of FaultyFiles::witness_name at that moment
-  std::string from;     // of kMove
+  std::string from;     // of kMove and kExchange
 };
 
 // What the file system promises about changes of names that were not synced.
