@@ -86,11 +86,11 @@ void BackupSchedule::BackUpWhatIsDue() {
     // A map that can't be opened has a metric and an alert of its own.
     if (!entry.session) continue;
     const absl::Time now = site_->clock().Now();
-    if (const auto failed = not_before_.find(entry.name);
-        failed != not_before_.end() && now < failed->second) {
-      continue;
-    }
-    if (now - NewestOf(entry.name) < options_.every) continue;
+    // Of an attempt that failed a file may have stayed, which does not count.
+    const auto failed = not_before_.find(entry.name);
+    const bool is_due = failed == not_before_.end() ? now - NewestOf(entry.name) >= options_.every
+                                                    : now >= failed->second;
+    if (!is_due) continue;
     const absl::Status status = BackUp(*entry.session, now);
     if (is_ending()) return;
     if (status.ok()) {

@@ -1,8 +1,10 @@
 #include <algorithm>
+#include <filesystem>
 #include <functional>
 #include <future>
 #include <memory>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -12,6 +14,7 @@
 #include "server/services/evidence_codec.h"
 #include "server/session/site.h"
 #include "storage/geopackage/geopackage_store.h"
+#include "storage/sqlite/durable_file.h"
 #include "tests/robustness/recorder.h"
 #include "tests/robustness/scenarios.h"
 #include "tests/robustness/store_stage.h"
@@ -199,9 +202,38 @@ ScenarioPtr Fusion() {
 
 std::string BackupFolder(const std::string& folder) { return folder + "/backups"; }
 
-// Makes the first backups, and waits for them.
+// The folder of a backup that is there before, and older than all others.
+constexpr char kOldBackup[] = "2020-01-01T000000Z";
+constexpr char kBackupName[] = "/site.gpkg";
+
+// The folder of the newest backup of the map; empty if there is none.
+std::string NewestBackup(const FileTree& backups) {
+  std::string newest;
+  for (const auto& [name, bytes] : backups) {
+    if (name.ends_with(kBackupName)) newest = std::max(newest, storage::FolderOf(name));
+  }
+  return newest;
+}
+
+// Removes all but the old backup.
+absl::Status RemoveNewBackups(const std::string& folder) {
+  std::error_code error;
+  std::vector<std::filesystem::path> paths;
+  std::filesystem::directory_iterator entry(BackupFolder(folder), error);
+  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
+    if (entry->path().filename() != kOldBackup) paths.push_back(entry->path());
+  }
+  for (const auto& path : paths) {
+    if (!error) std::filesystem::remove_all(path, error);
+  }
+  return error ? absl::UnavailableError(error.message()) : absl::OkStatus();
+}
+
+// Makes the first backup, and waits for it.
 absl::Status BackUp(SiteStage& stage) {
   stage.backups = nullptr;
+  // If an attempt failed to take back its file, no other would be due.
+  HYPERMAP_RETURN_IF_ERROR(RemoveNewBackups(stage.folder));
   HYPERMAP_ASSIGN_OR_RETURN(
       stage.backups, server::BackupSchedule::Start(
                          stage.site.get(), {BackupFolder(stage.folder), absl::Hours(24), 1}));
@@ -216,14 +248,11 @@ absl::Status BackUp(SiteStage& stage) {
 
 // The newest backup, which is what counts.
 absl::Status DescribeBackups(const std::string& folder, Description* description) {
-  std::string newest;
-  for (const auto& [name, bytes] : ReadTree(BackupFolder(folder))) {
-    if (name.ends_with("/site.gpkg")) newest = std::max(newest, name);
-  }
+  const FileTree files = ReadTree(BackupFolder(folder));
+  const std::string newest = NewestBackup(files);
   if (newest.empty()) return absl::OkStatus();
   const std::string elsewhere = folder + ".backup";
-  const FileTree files = ReadTree(BackupFolder(folder));
-  WriteTree({{"site.gpkg", files.at(newest)}}, elsewhere);
+  WriteTree({{"site.gpkg", files.at(newest + kBackupName)}}, elsewhere);
   DescriptionOptions options;
   options.has_known_times = false;
   HYPERMAP_ASSIGN_OR_RETURN(const Description parts,
@@ -237,8 +266,8 @@ ScenarioPtr Backup(testing::Rng& rng) {
   const auto history = std::make_shared<History>(rng, "site", 6, 6);
   Script<SiteStage> script = SiteScript("backup", history->requests());
   script.prepare = [history](const std::string& folder) -> absl::Status {
-    // An old backup, of another state.
-    const std::string old = BackupFolder(folder) + "/2020-01-01T000000Z";
+    // Of another state.
+    const std::string old = absl::StrCat(BackupFolder(folder), "/", kOldBackup);
     WriteTree({}, old);
     HYPERMAP_RETURN_IF_ERROR(MakeMap(old, "site", *history, 2));
     FileTree files = ReadTree(old);
