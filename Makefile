@@ -22,7 +22,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
 .PHONY: api package package-server deps-server test-packages
-.PHONY: nightly attack robustness prove prove-histories prove-linearizable $(PROOFS)
+.PHONY: nightly attack robustness prove prove-histories prove-linearizable prove-load $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -37,7 +37,8 @@ help:
 	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
 	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help),'
 	@echo '                           prove-histories [HISTORIES=100000],'
-	@echo '                           prove-linearizable [HISTORIES=1000] (Go 1.24)'
+	@echo '                           prove-linearizable [HISTORIES=1000] (Go 1.24),'
+	@echo '                           prove-load (an hour; ARGS=--help)'
 	@echo 'make robustness [SEED=1]   faults in every file call, kills, power losses and bit flips (ARGS=--help)'
 	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
 	@echo 'make nightly               checks that take hours: lint, sanitizers, gcc, proofs, robustness, fuzzers, the suite ten times, attacks'
@@ -158,7 +159,13 @@ prove-linearizable: build
 	  --server build/bin/hypermapd --artifacts build/tests/linearizability \
 	  --histories $(or $(HISTORIES),1000) $(ARGS) || test $$? = 77
 
-prove: $(PROOFS) prove-histories prove-linearizable
+# The load of a fleet for an hour, with a fault every minute.
+prove-load: build build/.deps-test
+	@HYPERMAP_BIN=$(CURDIR)/build/bin PYTHONDONTWRITEBYTECODE=1 \
+	  PYTHONPATH=$(CURDIR)/build/tests/integration/proto:$(CURDIR)/tests/integration \
+	  /usr/bin/python3 tests/load/run.py $(ARGS)
+
+prove: $(PROOFS) prove-histories prove-linearizable prove-load
 
 # Ends with a table of faults and scenarios, and one JSON object with the counts and "holds". Skipped
 # where the calls of a process can't be seen.

@@ -6,7 +6,7 @@
 #   release   the programs as they are shipped: integration tests, short proofs and benchmarks,
 #             web, Python, the dashboard in a browser
 #   asan      unit tests, short proofs and the shorter integration tests, under AddressSanitizer
-#             and UndefinedBehaviorSanitizer
+#             and UndefinedBehaviorSanitizer; then each fuzzer for CI_FUZZ_SECONDS, 20 by default
 #   tsan      unit tests of code that threads share, and short proofs, under ThreadSanitizer
 #
 # A failed test does not stop the rest. The last line counts the tests of all builds; the exit code
@@ -55,7 +55,7 @@ run_sanitized() {
   ((SECONDS < limit_s)) || left_out+=("the rest of $name")
 }
 
-rm -f "$logs"/*.log
+rm -f "$logs"/*.log "$logs"/*.txt
 
 stage lint
 lint=0
@@ -73,6 +73,14 @@ cat build/e2e/figures/*.txt 2>/dev/null || true
 LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0 \
   run_sanitized asan '^(unit|integration|prove)$' unit_tests hypermapd hypermap hypermap-ingest \
   render_sequence hypermap_prove hypermap_histories hypermap_proto_python
+if [[ " ${left_out[*]} " != *" asan "* ]]; then
+  stage "fuzz"
+  if within_limit cmake --build build/asan --parallel "$jobs" --target fuzzers; then
+    JOBS=$jobs within_limit tests/fuzz/run.sh build/asan/tests/fuzz "${CI_FUZZ_SECONDS:-20}" |
+      tee "$logs/fuzz.txt" || true
+  fi
+  ((SECONDS < limit_s)) || left_out+=("fuzz")
+fi
 TSAN_OPTIONS=suppressions=$PWD/tests/tsan.supp:ignore_noninstrumented_modules=1:halt_on_error=1:second_deadlock_stack=1 \
   run_sanitized tsan '^(unit|prove)$' unit_tests hypermapd hypermap_prove hypermap_histories
 
@@ -122,6 +130,13 @@ for name in release asan tsan; do
   total=$((total + all))
   failed=$((failed + bad))
 done
+if [[ -e $logs/fuzz.txt ]]; then
+  all=$(sed '1,/^target /d' "$logs/fuzz.txt" | wc -l)
+  bad=$(sed '1,/^target /d' "$logs/fuzz.txt" | grep -cv ' 0$' || true)
+  echo "fuzz: $((all - bad)) passed, $bad failed"
+  total=$((total + all))
+  failed=$((failed + bad))
+fi
 # Playwright's summaries name the tests that passed only when they were tried again.
 grep -E -A 5 '^ +[0-9]+ flaky$' build/Testing/Temporary/LastTest.log || true
 if ((${#left_out[@]})); then

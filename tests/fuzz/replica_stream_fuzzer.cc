@@ -4,30 +4,18 @@
 // An input is a ReplicateResponse in text format whose `coalesced` messages are the stream.
 #include <cstddef>
 #include <cstdint>
-#include <vector>
+#include <memory>
 
 #include "client_libs/cpp/replica/mirrored_map.h"
+#include "client_libs/cpp/watch_decoder.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "map/query/query.h"
 #include "tests/fuzz/mutate_message.h"
 #include "tests/fuzz/require.h"
-#include "wire/catalog.h"
-#include "wire/change.h"
 
 namespace {
 
 using namespace hypermap;  // NOLINT(google-build-using-namespace)
-
-// What WatchStream makes of a message that is a whole revision.
-absl::StatusOr<client::WatchEvent> EventOf(const v1::ReplicateResponse& message) {
-  client::WatchEvent event;
-  event.revision = message.revision();
-  event.snapshot = message.snapshot();
-  if (message.has_map()) event.map = wire::DecodeMapEntry(message.map());
-  const absl::Status status = wire::AppendChanges(message.changes(), event.changes);
-  if (!status.ok()) return status;
-  return event;
-}
 
 void CheckAnswers(const SnapshotPtr& map) {
   for (const auto& [name, layer] : map->layers) {
@@ -58,12 +46,14 @@ extern "C" size_t LLVMFuzzerCustomMutator(uint8_t* data, size_t size, size_t max
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   v1::ReplicateResponse stream;
   if (!fuzz::ParseText(data, size, &stream)) return -1;
+  client::WatchDecoder<v1::ReplicateResponse> decoder(/*with_changes=*/true);
   auto map = std::make_shared<const Snapshot>();
   for (const v1::ReplicateResponse& message : stream.coalesced()) {
-    const auto event = EventOf(message);
+    const auto event = decoder.Take(message);
     REQUIRE(event.ok() || absl::IsInvalidArgument(event.status()));
     if (!event.ok()) break;
-    const auto after = client::After(*map, *event);
+    if (!*event) continue;
+    const auto after = client::After(*map, **event);
     REQUIRE(after.ok() || absl::IsInternal(after.status()));
     if (!after.ok()) break;
     map = *after;

@@ -6,10 +6,12 @@ The functions do not sleep: they wait for output with a deadline.
 import json
 import os
 import pathlib
+import random
 import re
 import resource
 import selectors
 import signal
+import socket
 import subprocess
 import tempfile
 import time
@@ -144,6 +146,19 @@ def start_and_fail(data_dir, *flags):
         [BIN / "hypermapd", f"--data_dir={data_dir}", "--listen=127.0.0.1:0", *flags],
         stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=DEADLINE_S, check=False)
     return result.returncode, result.stderr
+
+
+def lasting_port():
+    """Returns a port that is free. The kernel gives it to nobody who asks for any port, so that it
+    is still free each time the server starts again."""
+    while True:
+        port = random.randrange(10_000, 32_768)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                continue
 
 
 def real_maps():

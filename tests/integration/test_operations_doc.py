@@ -6,14 +6,12 @@ tells how to mend.
 """
 
 import os
-import random
 import re
 import shutil
-import socket
 import subprocess
 import unittest
 
-from processes import BIN, DEADLINE_S, ROOT, SiteTest
+from processes import BIN, DEADLINE_S, ROOT, SiteTest, lasting_port
 
 PAGE = ROOT / "docs" / "operations.md"
 TOOLS = ("curl", "openssl", "sqlite3")
@@ -53,19 +51,6 @@ def blocks(text):
     return [(text.count("\n", 0, match.start()) + 1, match[1] or match[2]) for match in found]
 
 
-def free_port():
-    """Returns a port that is free. The kernel gives it to nobody who asks for any port, so that it
-    is still free each time the server starts again."""
-    while True:
-        port = random.randrange(10_000, 32_768)
-        with socket.socket() as probe:
-            try:
-                probe.bind(("127.0.0.1", port))
-                return port
-            except OSError:
-                continue
-
-
 class OperationsDoc(SiteTest):
 
     def in_scratch(self, text, ports):
@@ -77,7 +62,7 @@ class OperationsDoc(SiteTest):
 
     @unittest.skipUnless(all(map(shutil.which, TOOLS)), f"needs {', '.join(TOOLS)}")
     def test_the_commands_work_in_their_order(self):
-        ports = {50051: free_port(), 9464: free_port()}
+        ports = {50051: lasting_port(), 9464: lasting_port()}
         for folder in FOLDERS:
             (self.folder / folder[1:]).mkdir(parents=True)
         (self.folder / "home").mkdir()
