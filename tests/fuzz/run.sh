@@ -49,8 +49,9 @@ run() {
     > "$log" 2>&1 || crashes=1
   if ((crashes)); then tail -n 60 "$log"; fi
   local added=$(($(find "$corpus" -type f | wc -l) - before))
-  printf '%-18s %12s %8s %8s %8s\n' "$name" "$(number_of number_of_executed_units "$log")" \
-    "$(number_of average_exec_per_sec "$log")" "$added" "$crashes" > "$folder/findings/$name.row"
+  printf '%-18s %12s %8s %10s %8s %8s\n' "$name" "$(number_of number_of_executed_units "$log")" \
+    "$(number_of average_exec_per_sec "$log")" "$(number_of slowest_unit_time_sec "$log")" \
+    "$added" "$crashes" > "$folder/findings/$name.row"
 }
 
 mkdir -p "$folder/findings"
@@ -61,7 +62,7 @@ for name in "${names[@]}"; do
 done
 wait
 
-printf '\n%-18s %12s %8s %8s %8s\n' target executions per_s added crashes
+printf '\n%-18s %12s %8s %10s %8s %8s\n' target executions per_s slowest_s added crashes
 failed=0
 for name in "${names[@]}"; do
   # A fuzzer that could not be run has no row.

@@ -16,6 +16,8 @@
 #include "absl/cleanup/cleanup.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::robustness {
@@ -138,8 +140,27 @@ Worker StartWorker(const std::vector<Task>& tasks, const CampaignOptions& option
   _exit(0);
 }
 
+// Tells every minute how far the tasks are.
+class CampaignProgress {
+ public:
+  explicit CampaignProgress(size_t num_tasks) : num_tasks_(num_tasks) {}
+
+  void AddDone() {
+    ++num_done_;
+    if (absl::Now() < next_) return;
+    next_ += absl::Minutes(1);
+    std::cerr << num_done_ << " of " << num_tasks_ << " batches of runs are done\n";
+  }
+
+ private:
+  const size_t num_tasks_;
+  size_t num_done_ = 0;
+  absl::Time next_ = absl::Now() + absl::Minutes(1);
+};
+
 // Takes the reports that a worker has written. Returns false at their end.
-bool TakeReports(Worker& worker, const std::vector<Task>& tasks, CampaignReport* report) {
+bool TakeReports(Worker& worker, const std::vector<Task>& tasks, CampaignProgress& progress,
+                 CampaignReport* report) {
   char bytes[65536];
   const ssize_t size = read(worker.fd, bytes, sizeof(bytes));
   if (size < 0 && errno == EINTR) return true;
@@ -151,6 +172,7 @@ bool TakeReports(Worker& worker, const std::vector<Task>& tasks, CampaignReport*
     const Task& task = tasks[json[0].get<size_t>()];
     const TrialReport trials = FromJson(json);
     report->rows[{task.rehearsal->scenario->name(), task.trials.fault}].Add(trials.counts);
+    progress.AddDone();
     for (const std::string& problem : trials.problems) {
       report->problems.push_back(problem);
       std::cerr << problem << '\n';
@@ -167,11 +189,12 @@ absl::Status RunTasks(const std::vector<Task>& tasks, const CampaignOptions& opt
   std::vector<pollfd> open;
   open.reserve(workers.size());
   for (const Worker& worker : workers) open.push_back({worker.fd, POLLIN, 0});
+  CampaignProgress progress(tasks.size());
   for (int left = options.jobs; left > 0;) {
     if (poll(open.data(), open.size(), -1) < 0) continue;
     for (size_t i = 0; i < open.size(); ++i) {
       if (open[i].fd < 0 || open[i].revents == 0) continue;
-      if (TakeReports(workers[i], tasks, report)) continue;
+      if (TakeReports(workers[i], tasks, progress, report)) continue;
       open[i].fd = -1;
       --left;
     }
