@@ -14,7 +14,7 @@
 #include "storage/geopackage/geopackage_options.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/open_files.h"
-#include "storage/geopackage/revision_witness.h"
+#include "storage/sqlite/revision_witness.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/file_lock.h"
 #include "storage/sqlite/sqlite.h"

@@ -9,7 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "storage/geopackage/map_metadata.h"
-#include "storage/geopackage/revision_witness.h"
+#include "storage/sqlite/revision_witness.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {

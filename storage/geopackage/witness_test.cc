@@ -10,7 +10,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/geopackage/map_metadata.h"
-#include "storage/geopackage/revision_witness.h"
+#include "storage/sqlite/revision_witness.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 

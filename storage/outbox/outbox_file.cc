@@ -5,13 +5,15 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "storage/sqlite/durable_file.h"
+#include "storage/sqlite/revision_witness.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {
 namespace {
 
 constexpr int64_t kApplicationId = 0x486d4f62;  // "HmOb"
-constexpr int64_t kVersion = 2;
+constexpr int64_t kVersion = 3;
 // Only another program that looks into the file can hold it up.
 constexpr absl::Duration kBusyTimeout = absl::Seconds(5);
 
@@ -60,6 +62,14 @@ ALTER TABLE letters ADD COLUMN sent_boot_id TEXT NOT NULL DEFAULT '';
 ALTER TABLE letters ADD COLUMN sent_since_boot_ns INTEGER NOT NULL DEFAULT 0;
 )sql";
 
+// The columns that version 3 added for the witness of the file (storage/sqlite/revision_witness.h):
+// a random number that tells this file from others, and the number of its commits.
+constexpr char kCommits[] = R"sql(
+ALTER TABLE counts ADD COLUMN incarnation INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE counts ADD COLUMN commits INTEGER NOT NULL DEFAULT 0;
+UPDATE counts SET incarnation = random() | 1;
+)sql";
+
 constexpr char kRequestColumns[] =
     "letters.id, stream, request_id, sequence, options, body, put_at_ns, first_sent_at_ns, "
     "sent_synchronized, sent_boot_id, sent_since_boot_ns";
@@ -104,25 +114,29 @@ absl::StatusOr<int64_t> Pragma(Database& database, const char* name) {
   return value.value_or(0);
 }
 
-// Brings an empty file, or one of version 1, to this version.
-absl::Status Upgrade(Database& database, bool is_new) {
+// Brings an empty file (version 0), or one of an earlier version, to this version.
+absl::Status Upgrade(Database& database, int64_t version) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(&database));
-  if (is_new) {
+  if (version < 1) {
     HYPERMAP_RETURN_IF_ERROR(
         database.Execute(absl::StrCat(kSchema, "PRAGMA application_id = ", kApplicationId, ";")));
   }
+  if (version < 2) HYPERMAP_RETURN_IF_ERROR(database.Execute(kSendTimes));
   HYPERMAP_RETURN_IF_ERROR(
-      database.Execute(absl::StrCat(kSendTimes, "PRAGMA user_version = ", kVersion, ";")));
+      database.Execute(absl::StrCat(kCommits, "PRAGMA user_version = ", kVersion, ";")));
   return transaction.Commit();
 }
 
-// Makes sure that the file is an outbox of this version. An empty file becomes one, and so does one
-// of an earlier version.
-absl::Status Prepare(Database& database) {
+// Makes sure that the file is an outbox of this version. An empty file becomes one, unless
+// `is_witnessed`, and so does one of an earlier version.
+absl::Status Prepare(Database& database, bool is_witnessed) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t application, Pragma(database, "application_id"));
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t version, Pragma(database, "user_version"));
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t tables, Pragma(database, "schema_version"));
   const bool is_new = tables == 0;
+  if (is_new && is_witnessed) {
+    return absl::DataLossError("the file is empty, and had changes: its log was damaged");
+  }
   if (!is_new && application != kApplicationId) {
     return absl::FailedPreconditionError("the file is not an outbox");
   }
@@ -131,7 +145,7 @@ absl::Status Prepare(Database& database) {
         absl::StrCat("the outbox is of version ", version, ", and this program knows ", kVersion));
   }
   absl::Status status = database.Execute(kSettings);
-  if (status.ok() && version < kVersion) status = Upgrade(database, is_new);
+  if (status.ok() && version < kVersion) status = Upgrade(database, is_new ? 0 : version);
   return status;
 }
 
@@ -146,6 +160,31 @@ absl::StatusOr<int64_t> UsedBytes(Database& database) {
   return (values[0] - values[1]) * values[2];
 }
 
+absl::StatusOr<RevisionWitness> WitnessOf(Database& database) {
+  HYPERMAP_ASSIGN_OR_RETURN(const auto incarnation,
+                            database.QueryInt64("SELECT incarnation FROM counts"));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto commits, database.QueryInt64("SELECT commits FROM counts"));
+  if (!incarnation || !commits) return absl::DataLossError("the outbox has lost its counts");
+  return RevisionWitness{static_cast<uint64_t>(*incarnation), *commits, 0, false};
+}
+
+// DATA_LOSS if the file lacks commits that the witness has seen.
+absl::Status CheckIsWhole(Database& database, const std::optional<RevisionWitness>& seen) {
+  HYPERMAP_ASSIGN_OR_RETURN(const RevisionWitness has, WitnessOf(database));
+  if (!seen || seen->incarnation != has.incarnation || seen->revision <= has.revision) {
+    return absl::OkStatus();
+  }
+  return absl::DataLossError(absl::StrCat(
+      "the newest ", seen->revision - has.revision, " of ", seen->revision,
+      " changes are missing: the log of the file was damaged, or an older copy took its place"));
+}
+
+// If this fails, the witness stays older than the file: a loss may go unnoticed.
+void KeepWitness(Database& database, FileLock& lock) {
+  const absl::StatusOr<RevisionWitness> witness = WitnessOf(database);
+  if (witness.ok()) lock.Write(EncodeWitness(*witness)).IgnoreError();
+}
+
 absl::Status Named(const std::string& path, const absl::Status& status) {
   return {status.code(), absl::StrCat("outbox ", path, ": ", status.message())};
 }
@@ -153,14 +192,20 @@ absl::Status Named(const std::string& path, const absl::Status& status) {
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<OutboxFile>> OutboxFile::Open(const std::string& path,
-                                                             int64_t max_bytes) {
+                                                             int64_t max_bytes, bool accept_loss) {
   HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, FileLock::Acquire(path + ".lock"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(path));
+  // A witness of a file that somebody removed would be one against the next file.
+  if (!exists) HYPERMAP_RETURN_IF_ERROR(lock.Write(std::string(EncodeWitness({}).size(), '\0')));
+  const auto witness = ReadWitness(lock);
+  if (!witness.ok()) return Named(path, witness.status());
   absl::StatusOr<std::unique_ptr<Database>> database =
       Database::Open(path, Database::OpenMode::kCreate, kBusyTimeout);
   if (!database.ok()) return Named(path, database.status());
-  if (absl::Status status = Prepare(**database); !status.ok()) {
-    return Named(path, status);
-  }
+  absl::Status status = Prepare(**database, !accept_loss && witness->has_value());
+  if (status.ok() && !accept_loss) status = CheckIsWhole(**database, *witness);
+  if (!status.ok()) return Named(path, status);
+  KeepWitness(**database, lock);
   return std::unique_ptr<OutboxFile>(
       new OutboxFile(std::move(lock), *std::move(database), max_bytes));
 }
@@ -173,13 +218,18 @@ OutboxFile::~OutboxFile() = default;
 absl::StatusOr<OutboxStream> OutboxFile::FindStream(const std::string& map,
                                                     const std::string& layer,
                                                     const std::string& robot) {
-  HYPERMAP_RETURN_IF_ERROR(database_->Run(
-      "INSERT INTO streams (map, layer, robot) VALUES (?, ?, ?) ON CONFLICT DO NOTHING", map, layer,
-      robot));
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::optional<int64_t> id,
-      database_->QueryInt64("SELECT id FROM streams WHERE map = ? AND layer = ? AND robot = ?", map,
-                            layer, robot));
+  const auto find = [&] {
+    return database_->QueryInt64("SELECT id FROM streams WHERE map = ? AND layer = ? AND robot = ?",
+                                 map, layer, robot);
+  };
+  HYPERMAP_ASSIGN_OR_RETURN(std::optional<int64_t> id, find());
+  if (!id) {
+    HYPERMAP_RETURN_IF_ERROR(Change([&] {
+      return database_->Run("INSERT INTO streams (map, layer, robot) VALUES (?, ?, ?)", map, layer,
+                            robot);
+    }));
+    HYPERMAP_ASSIGN_OR_RETURN(id, find());
+  }
   return OutboxStream{*id, map, layer, robot};
 }
 
@@ -199,10 +249,12 @@ absl::StatusOr<int64_t> OutboxFile::Put(const QueuedRequest& request) {
     return absl::ResourceExhaustedError(
         absl::StrCat("the outbox is full: it may have ", max_bytes_, " bytes and uses ", used));
   }
-  HYPERMAP_RETURN_IF_ERROR(database_->Run(
-      "INSERT INTO letters (stream, request_id, options, body, put_at_ns) VALUES (?, ?, ?, ?, ?)",
-      request.stream, request.request_id, request.options, BlobView{request.body},
-      absl::ToUnixNanos(request.put_at)));
+  HYPERMAP_RETURN_IF_ERROR(Change([&] {
+    return database_->Run(
+        "INSERT INTO letters (stream, request_id, options, body, put_at_ns) VALUES (?, ?, ?, ?, ?)",
+        request.stream, request.request_id, request.options, BlobView{request.body},
+        absl::ToUnixNanos(request.put_at));
+  }));
   return sqlite3_last_insert_rowid(database_->handle());
 }
 
@@ -215,27 +267,34 @@ absl::StatusOr<std::vector<QueuedRequest>> OutboxFile::First(int64_t stream, int
 }
 
 absl::Status OutboxFile::MarkSent(absl::Span<QueuedRequest> requests, const SendTime& now) {
-  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
-  HYPERMAP_RETURN_IF_ERROR(WriteSent(requests, now));
-  return transaction.Commit();
+  return Change([&] { return WriteSent(requests, now); });
 }
 
 absl::Status OutboxFile::MarkSentInSequence(absl::Span<QueuedRequest> requests, int64_t unused,
                                             const SendTime& now) {
   if (requests.empty()) return absl::OkStatus();
+  return Change([&]() -> absl::Status {
+    const int64_t stream = requests.front().stream;
+    HYPERMAP_ASSIGN_OR_RETURN(
+        const std::optional<int64_t> next,
+        database_->QueryInt64("SELECT next_sequence FROM streams WHERE id = ?", stream));
+    int64_t sequence = std::max(next.value_or(0), unused);
+    for (QueuedRequest& request : requests) {
+      if (!request.sequence) request.sequence = sequence++;
+    }
+    HYPERMAP_RETURN_IF_ERROR(
+        database_->Run("UPDATE streams SET next_sequence = ? WHERE id = ?", sequence, stream));
+    return WriteSent(requests, now);
+  });
+}
+
+absl::Status OutboxFile::Change(absl::FunctionRef<absl::Status()> change) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
-  const int64_t stream = requests.front().stream;
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::optional<int64_t> next,
-      database_->QueryInt64("SELECT next_sequence FROM streams WHERE id = ?", stream));
-  int64_t sequence = std::max(next.value_or(0), unused);
-  for (QueuedRequest& request : requests) {
-    if (!request.sequence) request.sequence = sequence++;
-  }
-  HYPERMAP_RETURN_IF_ERROR(
-      database_->Run("UPDATE streams SET next_sequence = ? WHERE id = ?", sequence, stream));
-  HYPERMAP_RETURN_IF_ERROR(WriteSent(requests, now));
-  return transaction.Commit();
+  HYPERMAP_RETURN_IF_ERROR(change());
+  HYPERMAP_RETURN_IF_ERROR(database_->Run("UPDATE counts SET commits = commits + 1"));
+  HYPERMAP_RETURN_IF_ERROR(transaction.Commit());
+  KeepWitness(*database_, lock_);
+  return absl::OkStatus();
 }
 
 absl::Status OutboxFile::WriteSent(absl::Span<QueuedRequest> requests, const SendTime& now) {
@@ -253,18 +312,18 @@ absl::Status OutboxFile::WriteSent(absl::Span<QueuedRequest> requests, const Sen
 
 absl::Status OutboxFile::Settle(absl::Span<const int64_t> delivered,
                                 absl::Span<const ServerRefusal> refused) {
-  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
-  for (const int64_t request : delivered) {
-    HYPERMAP_RETURN_IF_ERROR(database_->Run("DELETE FROM letters WHERE id = ?", request));
-  }
-  for (const ServerRefusal& refusal : refused) {
-    HYPERMAP_RETURN_IF_ERROR(database_->Run(
-        "UPDATE letters SET code = ?, message = ? WHERE id = ?", refusal.why.raw_code(),
-        absl::string_view(refusal.why.message()), refusal.request));
-  }
-  HYPERMAP_RETURN_IF_ERROR(database_->Run("UPDATE counts SET delivered = delivered + ?",
-                                          static_cast<int64_t>(delivered.size())));
-  return transaction.Commit();
+  return Change([&]() -> absl::Status {
+    for (const int64_t request : delivered) {
+      HYPERMAP_RETURN_IF_ERROR(database_->Run("DELETE FROM letters WHERE id = ?", request));
+    }
+    for (const ServerRefusal& refusal : refused) {
+      HYPERMAP_RETURN_IF_ERROR(database_->Run(
+          "UPDATE letters SET code = ?, message = ? WHERE id = ?", refusal.why.raw_code(),
+          absl::string_view(refusal.why.message()), refusal.request));
+    }
+    return database_->Run("UPDATE counts SET delivered = delivered + ?",
+                          static_cast<int64_t>(delivered.size()));
+  });
 }
 
 absl::StatusOr<std::vector<RefusedRequest>> OutboxFile::Refused() {
@@ -298,9 +357,11 @@ absl::Status OutboxFile::Discard(int64_t request) {
 }
 
 absl::Status OutboxFile::ChangeRefused(const std::string& sql, int64_t request) {
-  absl::Status status = database_->Run(sql, request);
-  if (!status.ok() || database_->changed_rows() == 1) return status;
-  return absl::NotFoundError(absl::StrCat("nothing that was refused has the number ", request));
+  return Change([&]() -> absl::Status {
+    HYPERMAP_RETURN_IF_ERROR(database_->Run(sql, request));
+    if (database_->changed_rows() == 1) return absl::OkStatus();
+    return absl::NotFoundError(absl::StrCat("nothing that was refused has the number ", request));
+  });
 }
 
 absl::StatusOr<OutboxCounts> OutboxFile::Counts() {

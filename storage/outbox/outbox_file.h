@@ -13,6 +13,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
@@ -80,9 +81,11 @@ class OutboxFile {
  public:
   // Opens the file and creates it when it does not exist; its folder must exist. Put fails when the
   // file is larger than `max_bytes`. FAILED_PRECONDITION when the file is in use, not an outbox, or
-  // of a newer version; DATA_LOSS when it is damaged.
+  // of a newer version; DATA_LOSS when it is damaged. DATA_LOSS also, unless `accept_loss`, when it
+  // lacks changes that had returned: because its log was damaged, or an older copy took its place.
   static absl::StatusOr<std::unique_ptr<OutboxFile>> Open(const std::string& path,
-                                                          int64_t max_bytes);
+                                                          int64_t max_bytes,
+                                                          bool accept_loss = false);
   ~OutboxFile();
   OutboxFile(const OutboxFile&) = delete;
   OutboxFile& operator=(const OutboxFile&) = delete;
@@ -119,6 +122,8 @@ class OutboxFile {
  private:
   OutboxFile(FileLock lock, std::unique_ptr<Database> database, int64_t max_bytes);
 
+  // Makes a change in a transaction, counts it as a commit, and keeps the witness.
+  absl::Status Change(absl::FunctionRef<absl::Status()> change);
   absl::Status WriteSent(absl::Span<QueuedRequest> requests, const SendTime& now);
   absl::Status ChangeRefused(const std::string& sql, int64_t request);
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -281,15 +282,76 @@ TEST_F(OutboxFileTest, AFileOfVersion1IsContinued) {
   EXPECT_EQ(First(office)[1].first_sent, SentAt(kNoon));
 }
 
+// A process that was killed leaves its log, whose end SQLite ignores after a damaged record.
+TEST_F(OutboxFileTest, DamagedEndOfTheLogIsToldUntilItIsAccepted) {
+  const int64_t office = StreamOf("office");
+  Put(office, "first");
+  Put(office, "last");
+  const std::string killed = folder_ / "killed.db";
+  for (const char* suffix : {"", "-wal", ".lock"}) {
+    std::filesystem::copy_file(path_ + suffix, killed + suffix);
+  }
+  file_.reset();
+  {
+    std::fstream log(killed + "-wal", std::ios::in | std::ios::out | std::ios::binary);
+    log.seekp(-100, std::ios::end);
+    log.put('!');
+  }
+  for (int i = 0; i < 2; ++i) {
+    const absl::Status status = OutboxFile::Open(killed, kMaxBytes).status();
+    EXPECT_TRUE(absl::IsDataLoss(status)) << status;
+    EXPECT_THAT(std::string(status.message()), HasSubstr("the newest 1 of 3 changes are missing"));
+  }
+  auto accepted = OutboxFile::Open(killed, kMaxBytes, /*accept_loss=*/true);
+  ASSERT_TRUE(accepted.ok()) << accepted.status();
+  EXPECT_EQ((*accepted)->Counts()->queued, 1);
+  accepted->reset();
+  EXPECT_TRUE(OutboxFile::Open(killed, kMaxBytes).ok());
+}
+
+TEST_F(OutboxFileTest, FileOfWhichEverythingWasInADamagedLogIsTold) {
+  Put(StreamOf("office"), "only");
+  const std::string killed = folder_ / "killed.db";
+  for (const char* suffix : {"", "-wal", ".lock"}) {
+    std::filesystem::copy_file(path_ + suffix, killed + suffix);
+  }
+  {
+    std::fstream log(killed + "-wal", std::ios::in | std::ios::out | std::ios::binary);
+    log.seekp(200);
+    log.put('!');
+  }
+  for (int i = 0; i < 2; ++i) {
+    const absl::Status status = OutboxFile::Open(killed, kMaxBytes).status();
+    EXPECT_TRUE(absl::IsDataLoss(status)) << status;
+  }
+  EXPECT_TRUE(OutboxFile::Open(killed, kMaxBytes, /*accept_loss=*/true).ok());
+  EXPECT_TRUE(OutboxFile::Open(killed, kMaxBytes).ok());
+}
+
+TEST_F(OutboxFileTest, OlderCopyIsTold) {
+  const int64_t office = StreamOf("office");
+  Put(office, "first");
+  file_.reset();
+  std::filesystem::copy_file(path_, folder_ / "copy");
+  Open();
+  Put(office, "second");
+  file_.reset();
+  std::filesystem::rename(folder_ / "copy", path_);
+  EXPECT_TRUE(absl::IsDataLoss(OutboxFile::Open(path_, kMaxBytes).status()));
+  // Another outbox in its place has lost nothing.
+  std::filesystem::remove(path_);
+  EXPECT_TRUE(OutboxFile::Open(path_, kMaxBytes).ok());
+}
+
 TEST_F(OutboxFileTest, FileFromTheFutureIsRefused) {
   file_.reset();
   {
     auto database = Database::Open(path_, Database::OpenMode::kExisting, absl::Seconds(1));
-    ASSERT_EQ((*database)->Execute("PRAGMA user_version = 3"), absl::OkStatus());
+    ASSERT_EQ((*database)->Execute("PRAGMA user_version = 4"), absl::OkStatus());
   }
   const absl::Status status = OutboxFile::Open(path_, kMaxBytes).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr("version 3"));
+  EXPECT_THAT(std::string(status.message()), HasSubstr("version 4"));
 }
 
 }  // namespace

@@ -69,11 +69,6 @@ std::vector<Task> TasksOf(const Rehearsal& rehearsal, const CampaignOptions& opt
   for (int i = 0; i < kNumFaults; ++i) {
     const auto fault = static_cast<Fault>(i);
     if (!IsWanted(options.faults, NameOf(fault))) continue;
-    // Nothing tells an outbox that the end of its log is damaged, which SQLite then takes for one
-    // that was not written.
-    const bool is_known =
-        fault == Fault::kBitFlipAfterKill && rehearsal.scenario->name() == "outbox";
-    if (is_known && options.faults.empty()) continue;
     const int64_t different = NumDifferent(rehearsal, fault, options.every_call);
     int64_t count = NumTrials(fault, options.is_short);
     if (different > 0) count = count == 0 ? different : std::min(count, different);

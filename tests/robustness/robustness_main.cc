@@ -69,7 +69,8 @@ nlohmann::ordered_json VerdictOf(const CampaignOptions& options, const CampaignR
 int Main(int argc, char** argv) {
   CampaignOptions options;
   options.folder = DefaultFolder();
-  options.jobs = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  // Most of a run is waiting, for the supervisor or for the disk.
+  options.jobs = 4 * static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   std::string plant;
   CLI::App app("Injects faults into all code that writes files, and counts what is lost.",
                "hypermap_robustness");

@@ -73,6 +73,10 @@ struct OutboxOptions {
   absl::Duration receipt_age = absl::Hours(24);
   // Maximum duration of one attempt.
   absl::Duration timeout = absl::Seconds(10);
+  // Opens the file also if entries that were put, or notes of what was delivered, are missing from
+  // it, because its log was damaged or an older copy took its place. Entries that it still has may
+  // then be delivered a second time.
+  bool accept_loss = false;
   // Called for each delivery before the entry leaves the file, from threads of the outbox. After a
   // kill it may be called a second time for the same entry.
   std::function<void(const Delivery&)> delivered = nullptr;

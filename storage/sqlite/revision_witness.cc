@@ -1,4 +1,4 @@
-#include "storage/geopackage/revision_witness.h"
+#include "storage/sqlite/revision_witness.h"
 
 #include <zlib.h>
 
@@ -11,7 +11,7 @@ namespace {
 
 // The record, little-endian: magic (8 bytes), version (4), flags (4), incarnation (8), revision
 // (8), commit time in ns (8), CRC-32 of all that is before it (4).
-constexpr absl::string_view kMagic = "HMWITNES";
+constexpr absl::string_view kWitnessMagic = "HMWITNES";
 constexpr uint32_t kVersion = 1;
 constexpr uint32_t kSettled = 1;
 constexpr size_t kSizeToCheck = 40;
@@ -42,7 +42,7 @@ uint32_t ChecksumOf(absl::string_view bytes) {
 }  // namespace
 
 std::string EncodeWitness(const RevisionWitness& witness) {
-  std::string bytes(kMagic);
+  std::string bytes(kWitnessMagic);
   Append<uint32_t>(&bytes, kVersion);
   Append<uint32_t>(&bytes, witness.settled ? kSettled : 0);
   Append<uint64_t>(&bytes, witness.incarnation);
@@ -53,9 +53,9 @@ std::string EncodeWitness(const RevisionWitness& witness) {
 }
 
 std::optional<RevisionWitness> DecodeWitness(absl::string_view bytes) {
-  if (bytes.size() < kSize || !absl::StartsWith(bytes, kMagic)) return std::nullopt;
+  if (bytes.size() < kSize || !absl::StartsWith(bytes, kWitnessMagic)) return std::nullopt;
   const uint32_t checksum = ChecksumOf(bytes.substr(0, kSizeToCheck));
-  bytes.remove_prefix(kMagic.size());
+  bytes.remove_prefix(kWitnessMagic.size());
   if (Take<uint32_t>(&bytes) != kVersion) return std::nullopt;
   const auto flags = Take<uint32_t>(&bytes);
   RevisionWitness witness;
