@@ -135,7 +135,7 @@ ROOMS = {
         ["map", "map/edits", "map/layers", "map/objects", "map/observations"],
         {"absl"},
     ),
-    "storage/sqlite": Room(["base/status"], {"absl", "sqlite"}),
+    "storage/sqlite": Room(["base/status"], {"absl", "sqlite", "zlib"}),
     "storage/geopackage": Room(
         ["base/cancellation", "base/images", "base/metering", "base/status", "base/sync", "base/text",
          "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
