@@ -73,7 +73,8 @@ struct Supervised {
   std::string folder;
   std::function<Answer(const SeenCall&)> on_call;
   std::function<void(const Message&)> on_message;
-  absl::Duration patience = absl::Seconds(60);
+  // For a file that can not be looked for, SQLite waits ten seconds, several times.
+  absl::Duration patience = absl::Minutes(5);
 };
 
 struct Ending {
