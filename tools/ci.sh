@@ -6,7 +6,7 @@
 #   release   the programs as they are shipped: integration tests, short proofs and benchmarks,
 #             web, Python, the dashboard in a browser
 #   asan      unit tests, short proofs and the shorter integration tests, under AddressSanitizer
-#             and UndefinedBehaviorSanitizer; then each fuzzer for CI_FUZZ_SECONDS, 20 by default
+#             and UndefinedBehaviorSanitizer; then each fuzzer for CI_FUZZ_SECONDS, 10 by default
 #   tsan      unit tests of code that threads share, and short proofs, under ThreadSanitizer
 #
 # A failed test does not stop the rest. The last line counts the tests of all builds; the exit code
@@ -76,7 +76,7 @@ LSAN_OPTIONS=suppressions=$PWD/tests/lsan.supp:print_suppressions=0 \
 if [[ " ${left_out[*]} " != *" asan "* ]]; then
   stage "fuzz"
   if within_limit cmake --build build/asan --parallel "$jobs" --target fuzzers; then
-    JOBS=$jobs within_limit tests/fuzz/run.sh build/asan/tests/fuzz "${CI_FUZZ_SECONDS:-20}" |
+    JOBS=$jobs within_limit tests/fuzz/run.sh build/asan/tests/fuzz "${CI_FUZZ_SECONDS:-10}" |
       tee "$logs/fuzz.txt" || true
   fi
   ((SECONDS < limit_s)) || left_out+=("fuzz")
