@@ -14,9 +14,9 @@
 #include "storage/geopackage/geopackage_options.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/open_files.h"
-#include "storage/sqlite/revision_witness.h"
 #include "storage/map_store.h"
 #include "storage/sqlite/file_lock.h"
+#include "storage/sqlite/revision_witness.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {

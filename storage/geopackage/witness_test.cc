@@ -10,8 +10,8 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "storage/geopackage/map_metadata.h"
-#include "storage/sqlite/revision_witness.h"
 #include "storage/geopackage/testing/map.h"
+#include "storage/sqlite/revision_witness.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {

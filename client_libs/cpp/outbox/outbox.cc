@@ -84,8 +84,9 @@ class Outbox::Impl {
 
 absl::StatusOr<std::unique_ptr<Outbox>> Outbox::Open(const Client& client, const std::string& path,
                                                      const OutboxOptions& options) {
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::OutboxFile> file,
-                            storage::OutboxFile::Open(path, options.max_bytes, options.accept_loss));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<storage::OutboxFile> file,
+      storage::OutboxFile::Open(path, options.max_bytes, options.accept_loss));
   auto impl = std::make_unique<Impl>(client, std::move(file), options);
   HYPERMAP_RETURN_IF_ERROR(impl->StartSenders());
   return std::unique_ptr<Outbox>(new Outbox(std::move(impl)));
