@@ -5,8 +5,9 @@ The faults take turns: the server is killed, stopped, or frozen; its disk is ful
 killed and started again; it gets no more file descriptors. A full disk is a small file system in
 memory, which only root can mount; without it, those faults are left out, and the report says so.
 
-The last line is a JSON object with the counts and "holds". Exit code 1: something was lost, a fault
-did not show or the server did not get over it, the map's file is damaged, or memory grew.
+The last line is a JSON object with the counts and "holds". Exit code 1: something was lost, the
+server did not notice a full disk or did not get over a fault, the map's file is damaged, or memory
+grew.
 """
 
 import argparse
@@ -184,24 +185,25 @@ def growth(memory, seconds):
     return second, last, last / second - 1 if second and last else None
 
 
-def run(options, folder, has_small_disk):
+def run(options, folder, has_small_disk, log, answer):
+    """`log` and `answer` are files for what the load prints: a pipe that nobody reads until the end
+    could hold it up."""
     address = f"127.0.0.1:{lasting_port()}"
     machine = Machine(folder, address, has_small_disk)
     fleet = SMALL_FLEET if options.short else {}
-    # Not on the disk that is full at times.
-    log = tempfile.TemporaryFile()
     try:
         machine.start()
         with subprocess.Popen(
                 [BIN / "hypermap", "--server", address, "bench", "site", "--json",
                  f"--seconds={options.seconds}", f"--seed={options.seed}",
                  *(f"--{name}={number}" for name, number in fleet.items())],
-                stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=log, text=True) as load:
+                stdin=subprocess.DEVNULL, stdout=answer, stderr=log) as load:
             try:
                 injected, memory = inject(machine, load, options)
-                report = json.loads(load.stdout.read())
             finally:
                 load.kill()
+        answer.seek(0)
+        report = json.loads(answer.read())
         state = machine.map_state()
         code = machine.server.stop()
         check = cli("check", machine.data_dir / "site.gpkg")
@@ -246,8 +248,10 @@ def main():
     if options.short:
         options.period, options.fault_seconds = 8, 1
         options.seconds = 6 * int(options.period)
-    with small_disk(512 if options.short else DISK_MIB) as (folder, has_small_disk):
-        report = run(options, folder, has_small_disk)
+    # The files are not on the disk that is full at times.
+    with (small_disk(512 if options.short else DISK_MIB) as (folder, has_small_disk),
+          tempfile.TemporaryFile() as log, tempfile.TemporaryFile() as answer):
+        report = run(options, folder, has_small_disk, log, answer)
     print(json.dumps(report))
     return 0 if report["holds"] else 1
 
