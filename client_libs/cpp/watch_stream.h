@@ -121,14 +121,19 @@ class WatchStream final : public Watcher::Call {
     reader_ = (connection_->watch().*method_)(context_.get(), request_);
   }
 
-  // Reads the next message, taking coalesced messages apart.
+  // Reads the next message into `message`, which must be empty, taking coalesced messages apart.
   bool Read(Response& message) {
     while (next_coalesced_ == coalesced_.coalesced_size()) {
+      Response read;
       ListenUntil(SteadyTime::Now() + options_.idle_timeout);
-      const bool read = reader_->Read(&message);
+      const bool is_read = reader_->Read(&read);
       ListenUntil(SteadyTime::InfiniteFuture());
-      if (!read || message.coalesced_size() == 0) return read;
-      coalesced_.Swap(&message);
+      if (!is_read) return false;
+      // To move a message is to swap it. `read` ends with what it gets, and so must not outlive
+      // this round: the new messages would keep all earlier ones.
+      const bool is_coalesced = read.coalesced_size() > 0;
+      (is_coalesced ? coalesced_ : message) = std::move(read);
+      if (!is_coalesced) return true;
       next_coalesced_ = 0;
     }
     message = std::move(*coalesced_.mutable_coalesced(next_coalesced_++));

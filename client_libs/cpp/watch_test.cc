@@ -2,7 +2,10 @@
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <pthread.h>
 
+#include <cstddef>
+#include <memory>
 #include <string>
 #include <thread>
 #include <utility>
@@ -190,6 +193,34 @@ TEST(WatcherTest, MessagesThatComeTogetherAreToldOneByOne) {
                           Pair(9, Ids{5}), Pair(10, Ids{6, 7}), Pair(12, Ids{8})));
   EXPECT_EQ(server.Requests()[1],
             "Watch scope { map: \"office\" } start_revision: 9 coalesce: true");
+}
+
+// Messages that keep the ones before them are destroyed one within the other.
+TEST(WatcherTest, KeepsNoMessagesThatItHasTaken) {
+  constexpr int kMessages = 20'000;
+  constexpr size_t kSmallStack = size_t{1} << 18;
+  std::vector<v1::WatchResponse> messages;
+  for (int i = 0; i < kMessages; ++i) {
+    messages.push_back(Coalesced({Removes(2 * i + 1, {1}), Removes(2 * i + 2, {2})}));
+  }
+  Script script;
+  script.watches = {Open(std::move(messages))};
+  ScriptedServer server(script);
+  auto watcher = std::make_unique<Watcher>(Client(server.address()).Watch("office"));
+  while (watcher->revision().value_or(0) < 2 * kMessages) ASSERT_TRUE(watcher->Next().has_value());
+
+  pthread_attr_t small;
+  pthread_attr_init(&small);
+  ASSERT_EQ(pthread_attr_setstacksize(&small, kSmallStack), 0);
+  pthread_t thread;
+  const auto destroy = [](void* watch) -> void* {
+    static_cast<std::unique_ptr<Watcher>*>(watch)->reset();
+    return nullptr;
+  };
+  ASSERT_EQ(pthread_create(&thread, &small, destroy, &watcher), 0);
+  pthread_join(thread, nullptr);
+  pthread_attr_destroy(&small);
+  EXPECT_EQ(watcher, nullptr);
 }
 
 TEST(WatcherTest, AsksForSingleMessagesWhenTold) {
