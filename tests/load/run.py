@@ -151,9 +151,9 @@ def small_disk(mib):
 
 def inject(machine, load, options):
     """Injects faults until the load is about to end. Returns what was injected, and the memory of
-    the server, each with the second at which it was."""
+    the server and of the load, each with the second at which it was."""
     begin = time.monotonic()
-    injected, memory = [], []
+    injected, memory, load_memory = [], [], []
     faults = machine.faults()
     next_fault = options.period / 2
     while load.poll() is None:
@@ -166,10 +166,13 @@ def inject(machine, load, options):
             print(f"{now:6.0f} s  {fault.__name__}, {took:.1f} s", flush=True)
             next_fault += options.period
         mib = machine.resident_mib()
-        if mib is not None and now <= options.seconds:
-            memory.append((now, mib))
+        if now <= options.seconds:
+            if mib is not None:
+                memory.append((now, mib))
+            with contextlib.suppress(FileNotFoundError, TypeError):  # The load has just ended.
+                load_memory.append((now, int(process_status(load.pid, "VmRSS")) / 1024))
         time.sleep(1)
-    return injected, memory
+    return injected, memory, load_memory
 
 
 def mean_between(memory, begin, end):
@@ -182,7 +185,9 @@ def growth(memory, seconds):
     Nones if there are no values."""
     second = mean_between(memory, seconds / 4, seconds / 2)
     last = mean_between(memory, seconds * 3 / 4, seconds)
-    return second, last, last / second - 1 if second and last else None
+    grown = last / second - 1 if second and last else None
+    return {"second_quarter": second and round(second, 1), "last_quarter": last and round(last, 1),
+            "growth": grown and round(grown, 4)}
 
 
 def run(options, folder, has_small_disk, log, answer):
@@ -199,21 +204,26 @@ def run(options, folder, has_small_disk, log, answer):
                  *(f"--{name}={number}" for name, number in fleet.items())],
                 stdin=subprocess.DEVNULL, stdout=answer, stderr=log) as load:
             try:
-                injected, memory = inject(machine, load, options)
+                injected, memory, load_memory = inject(machine, load, options)
             finally:
                 load.kill()
         answer.seek(0)
-        report = json.loads(answer.read())
+        told = answer.read()
+        if not told:
+            log.seek(0)
+            raise AssertionError(f"the load ended with {load.returncode} and tells nothing: "
+                                 f"{log.read().decode()[-20_000:]}")
+        report = json.loads(told)
         state = machine.map_state()
         code = machine.server.stop()
         check = cli("check", machine.data_dir / "site.gpkg")
     finally:
         machine.end()
 
-    second, last, grown = growth(memory, options.seconds)
+    grown = growth(memory, options.seconds)
     lost = {name: report["consistency"][name] for name in NOTHING}
     # The short form is over before memory has settled.
-    is_flat = options.short or (grown is not None and grown <= MAX_GROWTH)
+    is_flat = options.short or (grown["growth"] is not None and grown["growth"] <= MAX_GROWTH)
     holds = (report["holds"] and not any(lost.values()) and injected != [] and state == "serving"
              and code == 0 and check.returncode == 0 and is_flat)
     if not holds:
@@ -231,9 +241,7 @@ def run(options, folder, has_small_disk, log, answer):
         "streams_not_back": sum(outage["streams_not_back"] for outage in report["outages"]),
         **lost, "problems": report["consistency"]["problems"], "state": state, "exit_code": code,
         "check": check.returncode,
-        "resident_mib": {"second_quarter": second and round(second, 1),
-                         "last_quarter": last and round(last, 1),
-                         "growth": grown and round(grown, 4)},
+        "resident_mib": grown, "resident_mib_of_load": growth(load_memory, options.seconds),
         "holds": holds}
 
 
