@@ -410,6 +410,7 @@ void MakeOldMap(const std::string& path) {
 TEST_P(MigrationFaultTest, MapIsMigratedOrAsItWas) {
   const testing::TemporaryFolder intact;
   MakeOldMap(intact / "site.gpkg");
+  const std::string old_map = ReadFile(intact / "site.gpkg");
   const auto intact_store = OpenStore(intact.path());
   const SnapshotPtr expected = *(*intact_store->Open("site"))->Load();
   FileFault fault = GetParam().fault;
@@ -420,7 +421,7 @@ TEST_P(MigrationFaultTest, MapIsMigratedOrAsItWas) {
       SCOPED_TRACE(::testing::Message()
                    << "call " << fault.first << (count > 1 ? " and later ones fail" : " fails"));
       const testing::TemporaryFolder folder;
-      MakeOldMap(folder / "site.gpkg");
+      WriteFile(folder / "site.gpkg", old_map);
       FaultyFiles files(folder.path());
       const auto store = OpenStore(folder.path());
       files.Arm(IsOfSite, fault);
