@@ -181,13 +181,16 @@ def mean_between(memory, begin, end):
 
 
 def growth(memory, seconds):
-    """Returns the mean memory of the second and of the last quarter, and the growth between them.
-    Nones if there are no values."""
+    """Returns the mean memory of the second and of the last quarter, and the growth between them,
+    by their names in the report. Nones if there are no values."""
     second = mean_between(memory, seconds / 4, seconds / 2)
     last = mean_between(memory, seconds * 3 / 4, seconds)
-    grown = last / second - 1 if second and last else None
-    return {"second_quarter": second and round(second, 1), "last_quarter": last and round(last, 1),
-            "growth": grown and round(grown, 4)}
+    return {"second_quarter": second, "last_quarter": last,
+            "growth": last / second - 1 if second and last else None}
+
+
+def rounded(numbers):
+    return {name: number and round(number, 4) for name, number in numbers.items()}
 
 
 def run(options, folder, has_small_disk, log, answer):
@@ -241,7 +244,8 @@ def run(options, folder, has_small_disk, log, answer):
         "streams_not_back": sum(outage["streams_not_back"] for outage in report["outages"]),
         **lost, "problems": report["consistency"]["problems"], "state": state, "exit_code": code,
         "check": check.returncode,
-        "resident_mib": grown, "resident_mib_of_load": growth(load_memory, options.seconds),
+        "resident_mib": rounded(grown),
+        "resident_mib_of_load": rounded(growth(load_memory, options.seconds)),
         "holds": holds}
 
 
