@@ -256,6 +256,42 @@ INSTANTIATE_TEST_SUITE_P(
                       NamedFault{"Sync", {FileCall::kSync, SQLITE_IOERR_FSYNC}}),
     [](const auto& info) { return std::string(info.param.name); });
 
+// SQLite takes a log for whole that a sync has failed to write to the disk, and recovers it when
+// the map is opened again.
+TEST(FailedSyncTest, CommitsBehindARecoveredLogAreDurable) {
+  int num_recovered = 0;
+  FileFault fault{FileCall::kSync, SQLITE_IOERR_FSYNC};
+  fault.count = kUntilMended;
+  for (fault.first = 1; !::testing::Test::HasFailure(); ++fault.first) {
+    SCOPED_TRACE(::testing::Message() << "sync " << fault.first << " and later ones fail");
+    const testing::TemporaryFolder folder;
+    FaultyFiles files(folder.path());
+    const auto store = OpenStore(folder.path());
+    EditedMap map = CreateMap(*store, "site");
+    map.Edit({{CreateLayer{SemanticSpec("s")}}});
+    files.Arm(IsOfSite, fault);
+    map.stored = nullptr;
+    if (store->Open("site").ok()) break;
+    ++num_recovered;
+    files.Disarm();
+    auto opened = store->Open("site");
+    ASSERT_TRUE(opened.ok()) << opened.status();
+    map.stored = *std::move(opened);
+    map.Edit({{PutObject{"s", UnitSquare("chair"), ""}}});
+    for (uint64_t seed = 0; seed < 20; ++seed) {
+      SCOPED_TRACE(::testing::Message() << "power loss " << seed);
+      SimulatedDisk disk(seed);
+      for (const FileEvent& event : files.events()) disk.Apply(event);
+      const testing::TemporaryFolder rebooted;
+      for (const auto& [name, bytes] : disk.LosePower()) WriteFile(rebooted / name, bytes);
+      const auto survivor = OpenStore(rebooted.path())->Open("site");
+      ASSERT_TRUE(survivor.ok()) << survivor.status();
+      ExpectSame(**(*survivor)->Load(), *map.snapshot);
+    }
+  }
+  EXPECT_GT(num_recovered, 1);
+}
+
 // The record of a deletion is in a file of its own.
 class DeletionFaultTest : public ::testing::TestWithParam<NamedFault> {};
 

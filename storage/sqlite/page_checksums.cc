@@ -28,6 +28,10 @@ constexpr int kReservedBytesAt = 20;
 constexpr int kMinPageBytes = 512;
 constexpr int kMaxPageBytes = 65536;
 
+// The lock, in the memory that connections share, of the one that writes to the log
+// (https://www.sqlite.org/walformat.html#locks).
+constexpr int kLogWriterLock = 0;
+
 // Requests to a file, by sqlite3_file_control. SQLite's own have small numbers.
 constexpr int kSetVerification = 0x48504d01;  // bool*
 constexpr int kAskForChecksums = 0x48504d02;  // bool*, set
@@ -81,6 +85,13 @@ struct ChecksumFile {
   int page_bytes;  // 0 until the header is known
   // Of a new journal or log: its path, until its name is durable; otherwise null.
   const char* unsynced_path;
+  const char* log_path;  // of a log; otherwise null
+  // Of a log: what the system reads from it may not be on the disk. After a sync that failed, Linux
+  // keeps what was written in memory and takes it for written
+  // (https://wiki.postgresql.org/wiki/Fsync_Errors); SQLite recovers it as commits when the log is
+  // opened again, and later syncs don't write it. Commits behind it would be lost with it.
+  bool is_doubtful;
+  bool holds_log;  // of a database: this connection holds kLogWriterLock
 
   static ChecksumFile* From(sqlite3_file* file) { return reinterpret_cast<ChecksumFile*>(file); }
   static sqlite3_file* Real(sqlite3_file* file) { return From(file)->real; }
@@ -110,6 +121,34 @@ struct ChecksumFile {
     std::vector<unsigned char> other(page.begin(), page.end());
     other[kReservedBytesAt] = kPageChecksumBytes;
     return !HasValidChecksum(other);
+  }
+
+  // Writes the content of a log over itself, so that the next sync writes it to the disk. Nobody
+  // may write to it meanwhile.
+  int WriteLogAgain() {
+    ChecksumFile* const database = From(sqlite3_database_file_object(log_path));
+    if (database->holds_log) return WriteAgain();
+    // A checkpoint does not hold it.
+    constexpr int kFlags = SQLITE_SHM_EXCLUSIVE;
+    int code = ShmLock(&database->base, kLogWriterLock, 1, SQLITE_SHM_LOCK | kFlags);
+    if (code != SQLITE_OK) return code;
+    code = WriteAgain();
+    const int unlocked = ShmLock(&database->base, kLogWriterLock, 1, SQLITE_SHM_UNLOCK | kFlags);
+    return code == SQLITE_OK ? unlocked : code;
+  }
+  int WriteAgain() const {
+    sqlite3_int64 size = 0;
+    int code = real->pMethods->xFileSize(real, &size);
+    // SQLite writes no more than 128 KiB in one call.
+    std::vector<unsigned char> piece(1 << 16);
+    for (sqlite3_int64 at = 0; code == SQLITE_OK && at < size;) {
+      const auto left = static_cast<size_t>(size - at);
+      const int count = static_cast<int>(std::min(left, piece.size()));
+      code = real->pMethods->xRead(real, piece.data(), count, at);
+      if (code == SQLITE_OK) code = real->pMethods->xWrite(real, piece.data(), count, at);
+      at += count;
+    }
+    return code;
   }
 
   static int Close(sqlite3_file* file) {
@@ -162,8 +201,10 @@ struct ChecksumFile {
     return Real(file)->pMethods->xTruncate(Real(file), size);
   }
   static int Sync(sqlite3_file* file, int flags) {
-    const int code = Real(file)->pMethods->xSync(Real(file), flags);
     ChecksumFile* const self = From(file);
+    int code = self->is_doubtful ? self->WriteLogAgain() : SQLITE_OK;
+    if (code == SQLITE_OK) code = self->real->pMethods->xSync(self->real, flags);
+    self->is_doubtful = self->log_path != nullptr && code != SQLITE_OK;
     if (code != SQLITE_OK || self->unsynced_path == nullptr) return code;
     // SQLite syncs the folder, too, but takes no notice if that fails. After a power loss there
     // might be no log, and with it none of the commits that it contains.
@@ -194,7 +235,11 @@ struct ChecksumFile {
     return Real(file)->pMethods->xShmMap(Real(file), page, page_size, extend, memory);
   }
   static int ShmLock(sqlite3_file* file, int offset, int count, int flags) {
-    return Real(file)->pMethods->xShmLock(Real(file), offset, count, flags);
+    const int code = Real(file)->pMethods->xShmLock(Real(file), offset, count, flags);
+    if (code == SQLITE_OK && offset <= kLogWriterLock && offset + count > kLogWriterLock) {
+      From(file)->holds_log = (flags & SQLITE_SHM_LOCK) != 0;
+    }
+    return code;
   }
   static void ShmBarrier(sqlite3_file* file) { Real(file)->pMethods->xShmBarrier(Real(file)); }
   static int ShmUnmap(sqlite3_file* file, int remove) {
@@ -252,6 +297,11 @@ int OpenFile(sqlite3_vfs* /*vfs*/, sqlite3_filename path, sqlite3_file* file, in
   constexpr int kJournals = SQLITE_OPEN_WAL | SQLITE_OPEN_MAIN_JOURNAL | SQLITE_OPEN_SUPER_JOURNAL;
   const bool is_new_journal = (flags & kJournals) != 0 && (flags & SQLITE_OPEN_CREATE) != 0;
   opened->unsynced_path = is_new_journal ? path : nullptr;
+  const bool is_log = (flags & SQLITE_OPEN_WAL) != 0;
+  opened->log_path = is_log ? path : nullptr;
+  opened->is_doubtful =
+      is_log && (opened->real->pMethods->xFileSize(opened->real, &size) != SQLITE_OK || size > 0);
+  opened->holds_log = false;
   opened->base.pMethods = &kChecksumMethods;
   return SQLITE_OK;
 }
