@@ -14,11 +14,14 @@ cd "$(dirname "$0")"
 
 prove() { "$build/tests/hypermap_linearizability" --server "$build/bin/hypermapd" "$@"; }
 
-# find_planted FAULT: the proof must fail because a history is not linearizable, and for no other reason.
+# find_planted FAULT: a history must be found that is not linearizable. Those that can't be judged in time,
+# which a fault makes likelier on a busy machine, prove nothing, and the next one is made. Short histories are
+# judged soonest.
 find_planted() {
   local last
-  last=$(prove --plant "$1" --histories 20 --artifacts "$found" | tee /dev/stderr | tail -1) || true
-  [[ $last == *'"violations":1,"undecided":0,"holds":false}' ]] || {
+  last=$(prove --plant "$1" --histories 40 --operations 150 --timeout 20s --artifacts "$found" |
+    tee /dev/stderr | tail -1) || true
+  [[ $last =~ \"violations\":1,\"undecided\":[0-9]+,\"holds\":false\}$ ]] || {
     echo "the planted fault $1 was not found" >&2
     return 1
   }
