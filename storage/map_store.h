@@ -233,7 +233,8 @@ class MapStore {
   // Makes a file that CheckFile found to be clean the map of this name, of another incarnation,
   // created by the request. It takes the place of a map of that name in one step, and that one is
   // removed as by Delete; only if that one could not be closed properly, it is removed before, and
-  // may be gone after an error. FAILED_PRECONDITION if that map is open. REQUIRES: the file is in
+  // may be gone after an error. FAILED_PRECONDITION if that map is open. After an error the file
+  // may be another one or gone; the same call may be repeated as it is. REQUIRES: the file is in
   // the file system of the store, and nobody else uses it.
   virtual absl::Status Restore(const std::string& /*path*/, const std::string& /*name*/,
                                const std::string& /*request_id*/) {

@@ -344,8 +344,11 @@ absl::StatusOr<CheckReport> GeoPackageStore::CheckFile(const std::string& path,
 absl::Status GeoPackageStore::Restore(const std::string& path, const std::string& name,
                                       const std::string& request_id) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
-  HYPERMAP_RETURN_IF_ERROR(MarkRestored(path, request_id, options_));
   HYPERMAP_ASSIGN_OR_RETURN(const bool exists, FindPath(PathOf(name)));
+  // An attempt that could not sync the folder may have left the file as the map, and the map before
+  // as the file.
+  if (exists && WasMadeBy(PathOf(name), request_id)) return SyncFolder(data_dir_);
+  HYPERMAP_RETURN_IF_ERROR(MarkRestored(path, request_id, options_));
   // SQLite would apply the log of the earlier map to the file.
   const bool has_log = PathExists(LogPathOf(PathOf(name))) || PathExists(PathOf(name) + "-journal");
   if (exists && !has_log) return Replace(path, name);

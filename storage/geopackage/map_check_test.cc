@@ -211,6 +211,20 @@ TEST_F(MapCheckTest, RestoredFileIsAnotherIncarnationOfTheMap) {
   EXPECT_FALSE(std::filesystem::is_empty(folder_ / "trash"));
 }
 
+// After an attempt that could not sync the folder, the file may be the map that was replaced.
+TEST_F(MapCheckTest, RestorationThatIsRepeatedDoesNotReplaceTheMapAgain) {
+  const auto store = OpenStore(folder_.path());
+  const std::string copy = folder_ / "copy";
+  ASSERT_TRUE((*store->Open("site"))->BackupTo(copy).ok());
+  std::filesystem::copy_file(folder_ / "site.gpkg", folder_ / "earlier");
+  ASSERT_TRUE(store->Restore(copy, "site", "r1").ok());
+  const uint64_t restored = (*store->Open("site"))->header().incarnation;
+  std::filesystem::rename(folder_ / "earlier", copy);
+  const absl::Status again = store->Restore(copy, "site", "r1");
+  EXPECT_TRUE(again.ok()) << again;
+  EXPECT_EQ((*store->Open("site"))->header().incarnation, restored);
+}
+
 TEST_F(MapCheckTest, FileOfAnOlderVersionIsMigratedBeforeItIsRestored) {
   const std::string file = folder_ / "old";
   ASSERT_TRUE(Connect(file)->Execute(ReadFile(GEOPACKAGE_TESTDATA "/map_v5.sql")).ok());

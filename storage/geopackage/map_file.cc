@@ -259,6 +259,15 @@ absl::Status MarkRestored(const std::string& path, const std::string& request_id
   return SetComplete(database.get());
 }
 
+bool WasMadeBy(const std::string& path, const std::string& request_id) {
+  if (request_id.empty()) return false;
+  const auto database =
+      Database::Open(path, ModeForReading(path), GeoPackageOptions().busy_timeout);
+  if (!database.ok()) return false;
+  const absl::StatusOr<MapMetadata> metadata = ReadMetadata(database->get());
+  return metadata.ok() && metadata->header.request_id == request_id;
+}
+
 std::string LogPathOf(const std::string& path) { return absl::StrCat(path, "-wal"); }
 
 std::string OrphanPathOf(const std::string& path) {

@@ -50,6 +50,10 @@ absl::Status MigrateMapFile(const std::string& path, const GeoPackageOptions& op
 absl::Status MarkRestored(const std::string& path, const std::string& request_id,
                           const GeoPackageOptions& options);
 
+// Returns whether the file tells that the request has created or restored the map; false if it
+// can't be read, or `request_id` is empty.
+bool WasMadeBy(const std::string& path, const std::string& request_id);
+
 // The write-ahead log that SQLite keeps beside a map's file.
 std::string LogPathOf(const std::string& path);
 
