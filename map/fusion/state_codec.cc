@@ -70,8 +70,12 @@ Shape DecodeShape(const json& encoded) {
   if (encoded.contains("point")) {
     return Shape::MakePointUnchecked(DecodeVertices(encoded["point"], 1).front());
   }
-  if (!encoded.contains("line_string")) return DecodePolygon(encoded.at("polygon"));
-  return LineString::MakeUnchecked(DecodeVertices(encoded["line_string"], 2));
+  if (encoded.contains("line_string")) {
+    return LineString::MakeUnchecked(DecodeVertices(encoded["line_string"], 2));
+  }
+  Polygon polygon = DecodePolygon(encoded.at("polygon"));
+  if (polygon.empty()) throw std::runtime_error("a shape without a ring");
+  return polygon;
 }
 
 json EncodeObject(const SemanticObject& object) {

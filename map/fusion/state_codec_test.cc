@@ -77,11 +77,9 @@ TEST(StateCodecTest, ShapesWithoutValidVerticesAreDamage) {
     const char* field;
     json vertices;
   } cases[] = {
-      {"polygon", json::array({json::array()})},
-      {"polygon", {{0.0, 0.0, 1.0, 0.0}}},
-      {"polygon", {{0.0, 0.0, 1.0, 0.0, 1.0, kInfinity}}},
-      {"line_string", {0.0, 0.0}},
-      {"point", json::array()},
+      {"polygon", json::array()},          {"polygon", json::array({json::array()})},
+      {"polygon", {{0.0, 0.0, 1.0, 0.0}}}, {"polygon", {{0.0, 0.0, 1.0, 0.0, 1.0, kInfinity}}},
+      {"line_string", {0.0, 0.0}},         {"point", json::array()},
   };
   for (const auto& c : cases) {
     SCOPED_TRACE(c.vertices.dump());
