@@ -11,6 +11,7 @@ from ._proto import access_service_pb2 as access
 from ._proto import catalog_service_pb2 as catalog
 from ._proto import edit_service_pb2 as edit
 from ._proto import exploration_service_pb2 as exploration
+from ._proto import frame_service_pb2 as frame
 from ._proto import ingest_service_pb2 as ingest
 from ._proto import query_service_pb2 as query
 from ._proto import watch_service_pb2 as watch
@@ -67,6 +68,8 @@ APPLY_EDITS = _rpc("EditService", edit.ApplyEditsRequest, edit.ApplyEditsRespons
 WATCH = _rpc("WatchService", watch.WatchRequest, watch.WatchResponse)
 LIST_CHANGES = _rpc("WatchService", watch.ListChangesRequest, watch.ListChangesResponse)
 LIST_REVISIONS = _rpc("WatchService", watch.ListRevisionsRequest, watch.ListRevisionsResponse)
+
+STREAM_FRAMES = _rpc("FrameService", frame.StreamFramesRequest, frame.StreamFramesResponse)
 
 OBSERVE = _rpc("IngestService", ingest.ObserveRequest, ingest.ObserveResponse)
 REBUILD_LAYER = _rpc("IngestService", ingest.RebuildLayerRequest, ingest.RebuildLayerResponse)

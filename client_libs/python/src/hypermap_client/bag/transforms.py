@@ -1,0 +1,204 @@
+"""Poses over time, and the tree of frames that ROS's topics /tf and /tf_static describe."""
+
+from __future__ import annotations
+
+import bisect
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from .problems import BagError, SkippedFrameError
+
+FloatArray = npt.NDArray[np.float64]
+
+# A quaternion's length may differ from 1 by this much, because it was rounded.
+MAX_LENGTH_ERROR = 0.01
+# For this long before the first sample and after the last one, that sample counts.
+MAX_BEYOND_NS = 20_000_000
+
+
+@dataclass(frozen=True)
+class Pose:
+    """A rigid transform: `a_from_b` has b's origin, in metres, and orientation in frame a.
+
+    `rotation` is a quaternion (x, y, z, w).
+    """
+
+    translation: FloatArray
+    rotation: FloatArray
+
+    def __matmul__(self, other: Pose) -> Pose:
+        """Composes two transforms: a_from_c = a_from_b @ b_from_c."""
+        return Pose(
+            self.translation + rotate(self.rotation, other.translation),
+            _multiply(self.rotation, other.rotation),
+        )
+
+    def inverse(self) -> Pose:
+        """The transform in the other direction."""
+        rotation = self.rotation * np.array([-1.0, -1.0, -1.0, 1.0])
+        return Pose(-rotate(rotation, self.translation), rotation)
+
+    def is_valid(self) -> bool:
+        """Whether all numbers are finite, and the quaternion has length 1."""
+        numbers = np.concatenate([self.translation, self.rotation])
+        length = float(np.linalg.norm(self.rotation))
+        return bool(np.isfinite(numbers).all()) and abs(length - 1.0) < MAX_LENGTH_ERROR
+
+
+IDENTITY = Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
+
+
+def decode_pose(translation: Any, rotation: Any) -> Pose:
+    """Converts a Point or Vector3 and a Quaternion of geometry_msgs."""
+    return Pose(
+        np.array([translation.x, translation.y, translation.z], float),
+        np.array([rotation.x, rotation.y, rotation.z, rotation.w], float),
+    )
+
+
+def rotate(rotation: FloatArray, vector: FloatArray) -> FloatArray:
+    """Rotates a vector by a quaternion."""
+    axis, w = rotation[:3], rotation[3]
+    twice: FloatArray = 2.0 * np.cross(axis, vector)
+    turned: FloatArray = vector + w * twice + np.cross(axis, twice)
+    return turned
+
+
+def _multiply(p: FloatArray, q: FloatArray) -> FloatArray:
+    """The product of two quaternions."""
+    axis = p[3] * q[:3] + q[3] * p[:3] + np.cross(p[:3], q[:3])
+    return np.append(axis, p[3] * q[3] - np.dot(p[:3], q[:3]))
+
+
+def slerp(p: FloatArray, q: FloatArray, share: float) -> FloatArray:
+    """Interpolates between two quaternions, the shorter way round (Shoemake 1985)."""
+    cosine = float(np.dot(p, q))
+    if cosine < 0.0:
+        q, cosine = -q, -cosine
+    angle = math.acos(min(cosine, 1.0))
+    if angle < 1e-9:
+        return p
+    weights = math.sin((1.0 - share) * angle), math.sin(share * angle)
+    turned: FloatArray = (weights[0] * p + weights[1] * q) / math.sin(angle)
+    return turned
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A pose, and the covariance of its (x, y, yaw) in metres and radians, if it is known."""
+
+    pose: Pose
+    covariance: FloatArray | None = None
+
+
+class Track:
+    """A pose over time. Samples may be added in any order."""
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._samples: dict[int, Sample] = {}
+        self._stamps: list[int] = []
+
+    def add(self, stamp_ns: int, sample: Sample) -> None:
+        """Adds a sample. It replaces one with the same stamp."""
+        self._samples[stamp_ns] = sample
+        self._stamps = []
+
+    def at(self, stamp_ns: int, max_gap_ns: int) -> Sample:
+        """The pose at a time: translation linear, rotation by slerp, covariance linear.
+
+        Raises SkippedFrameError if the time is before the first or after the last sample by more
+        than `MAX_BEYOND_NS`, or between two that are more than `max_gap_ns` apart.
+        """
+        if stamp_ns in self._samples:
+            return self._samples[stamp_ns]
+        stamps = self._stamps = self._stamps or sorted(self._samples)
+        after = bisect.bisect(stamps, stamp_ns)
+        if after in (0, len(stamps)):
+            nearest = stamps[0] if after == 0 else stamps[-1]
+            if abs(nearest - stamp_ns) > MAX_BEYOND_NS:
+                raise SkippedFrameError(f"outside of the time of {self._name}")
+            return self._samples[nearest]
+        begin, end = stamps[after - 1], stamps[after]
+        if end - begin > max_gap_ns:
+            raise SkippedFrameError(f"gap in {self._name}")
+        share = (stamp_ns - begin) / (end - begin)
+        return _interpolate(self._samples[begin], self._samples[end], share)
+
+
+def _interpolate(p: Sample, q: Sample, share: float) -> Sample:
+    translation = p.pose.translation + share * (q.pose.translation - p.pose.translation)
+    covariance = None
+    if p.covariance is not None and q.covariance is not None:
+        covariance = p.covariance + share * (q.covariance - p.covariance)
+    return Sample(Pose(translation, slerp(p.pose.rotation, q.pose.rotation, share)), covariance)
+
+
+class FrameTree:
+    """The frames that /tf and /tf_static place, each in its parent."""
+
+    def __init__(self, max_gap_ns: int) -> None:
+        self._max_gap_ns = max_gap_ns
+        self._parents: dict[str, str] = {}
+        self._static: dict[str, Sample] = {}
+        self._moving: dict[str, Track] = {}
+        self.invalid = 0
+        """Number of transforms that were left out because they are no rigid transforms."""
+
+    def add(self, message: Any, stamp_ns: int, *, static: bool) -> None:
+        """Adds a TransformStamped. Raises BagError if its frame has another parent already."""
+        # ROS 1 wrote names with a leading slash.
+        parent = message.header.frame_id.lstrip("/")
+        child = message.child_frame_id.lstrip("/")
+        pose = decode_pose(message.transform.translation, message.transform.rotation)
+        if not pose.is_valid():
+            self.invalid += 1
+            return
+        if (known := self._parents.setdefault(child, parent)) != parent:
+            raise BagError(f"frame {child} has two parents, {known} and {parent}")
+        if static:
+            self._static[child] = Sample(pose)
+        else:
+            track = self._moving.setdefault(child, Track(f"the transform {parent} to {child}"))
+            track.add(stamp_ns, Sample(pose))
+
+    def at(self, target: str, source: str, stamp_ns: int) -> Pose:
+        """The pose `target_from_source` at a time.
+
+        Raises BagError if the frames are never connected, and SkippedFrameError if they are not at
+        this time.
+        """
+        top, top_from_source = self._climb(source, target, stamp_ns)
+        if top == target:
+            return top_from_source
+        other, other_from_target = self._climb(target, top, stamp_ns)
+        if other != top:
+            names = sorted({*self._parents, *self._parents.values()})
+            raise BagError(
+                f"no transform from {target} to {source}; the bag has the frames "
+                f"{', '.join(names) or '(none)'}"
+            )
+        return other_from_target.inverse() @ top_from_source
+
+    def _climb(self, frame: str, end: str, stamp_ns: int) -> tuple[str, Pose]:
+        """Goes from a frame to its parents up to `end` or the root.
+
+        Returns the last frame and its pose `last_from_frame`.
+        """
+        pose, visited = IDENTITY, {frame}
+        while frame != end and frame in self._parents:
+            pose = self._in_parent(frame, stamp_ns) @ pose
+            frame = self._parents[frame]
+            if frame in visited:
+                raise BagError(f"the transforms to frame {frame} are a circle")
+            visited.add(frame)
+        return frame, pose
+
+    def _in_parent(self, frame: str, stamp_ns: int) -> Pose:
+        if frame in self._static:
+            return self._static[frame].pose
+        return self._moving[frame].at(stamp_ns, self._max_gap_ns).pose
