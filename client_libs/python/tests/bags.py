@@ -15,8 +15,9 @@ from hypermap_client.bag.recording import default_types
 
 FORMATS = ("mcap", "sqlite3", "ros1")
 
-# vision_msgs as Noetic has them, without the fields that carry images.
-VISION_MSGS_ROS1 = {
+# Messages of Noetic that rosbags does not know. Those of vision_msgs lack the images.
+TYPES_OF_ROS1 = {
+    "tf2_msgs/msg/TFMessage": "geometry_msgs/TransformStamped[] transforms",
     "vision_msgs/msg/BoundingBox2D": (
         "geometry_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y"
     ),
@@ -36,22 +37,20 @@ VISION_MSGS_ROS1 = {
 class BagWriter:
     """Writes a new bag. Use it in a `with` block. Stamps are in nanoseconds."""
 
-    def __init__(self, path: pathlib.Path, kind: str, *, definitions: bool = True) -> None:
+    def __init__(self, path: pathlib.Path, kind: str) -> None:
         self.path = path.with_suffix(".bag") if kind == "ros1" else path
         self._ros1 = kind == "ros1"
         self._connections: dict[str, Any] = {}
         self._stamp = 0
         if self._ros1:
             self._types = get_typestore(Stores.ROS1_NOETIC)
-            for name, text in VISION_MSGS_ROS1.items():
+            for name, text in TYPES_OF_ROS1.items():
                 self._types.register(get_types_from_msg(text, name))
             self._writer: Any = Writer1(self.path)
         else:
             self._types = default_types()
             plugin = StoragePlugin.MCAP if kind == "mcap" else StoragePlugin.SQLITE3
-            self._writer = Writer2(
-                self.path, version=9 if definitions else 8, storage_plugin=plugin
-            )
+            self._writer = Writer2(self.path, version=9, storage_plugin=plugin)
 
     def __enter__(self) -> BagWriter:
         self._writer.open()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import contextlib
 import json
 import math
 import pathlib
@@ -24,7 +25,7 @@ from .recording import Recording, read_labels
 from .sending import FrameSender
 from .summary import Summary
 from .synchronizer import Synchronizer
-from .transforms import Pose
+from .transforms import Pose, make_pose
 
 EXIT_ERROR = 1  # The run failed.
 EXIT_USAGE = 2  # The command line is invalid.
@@ -69,8 +70,7 @@ def run(options: argparse.Namespace) -> Summary:
     begin = time.monotonic()
     instances = instance_reader(options)
     synchronizer = Synchronizer(options.queue, nanoseconds(options.slop_seconds))
-    is_interrupted = watch_signals()
-    with Recording(options.bags) as recording:
+    with watched_signals() as is_interrupted, Recording(options.bags) as recording:
         reader = FrameReader(
             recording,
             Topics(options.depth, options.camera_info, options.masks or options.detections),
@@ -156,8 +156,9 @@ def frame_as_text(frame: pb.RobotFrame) -> str:
     )
 
 
-def watch_signals() -> Callable[[], bool]:
-    """Takes SIGINT and SIGTERM. Returns a function that tells whether one has come.
+@contextlib.contextmanager
+def watched_signals() -> Iterator[Callable[[], bool]]:
+    """Takes SIGINT and SIGTERM. Yields a function that tells whether one has come.
 
     The second signal ends the program at once.
     """
@@ -167,9 +168,12 @@ def watch_signals() -> Callable[[], bool]:
         received.append(number)
         signal.signal(number, signal.SIG_DFL)
 
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, note)
-    return lambda: bool(received)
+    before = {n: signal.signal(n, note) for n in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield lambda: bool(received)
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
 
 
 def pose_source(options: argparse.Namespace) -> PoseSource:
@@ -359,9 +363,9 @@ def numbers(text: str) -> Iterator[float]:
 
 def mount(text: str) -> Pose:
     """Reads X,Y,Z,QX,QY,QZ,QW."""
-    x, y, z, *rotation = numbers(text)
-    pose = Pose(np.array([x, y, z]), np.array(rotation))
-    if len(rotation) != 4 or not pose.is_valid():
+    values = list(numbers(text))
+    pose = make_pose(values[:3], values[3:]) if len(values) == 7 else None
+    if pose is None:
         raise ValueError(text)
     return pose
 

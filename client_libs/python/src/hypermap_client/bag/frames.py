@@ -20,7 +20,6 @@ from .transforms import FloatArray, FrameTree, Pose, Sample, Track, decode_pose,
 IMAGE = "sensor_msgs/msg/Image"
 COMPRESSED_IMAGE = "sensor_msgs/msg/CompressedImage"
 CAMERA_INFO = "sensor_msgs/msg/CameraInfo"
-DETECTIONS = "vision_msgs/msg/Detection2DArray"
 TRANSFORMS = ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage")
 POSE = "geometry_msgs/msg/PoseStamped"
 POSE_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
@@ -118,10 +117,10 @@ class TopicPoses:
             covariance = np.asarray(pose.covariance, float).reshape(6, 6)[PLANAR]
             pose = pose.pose
         robot = decode_pose(pose.position, pose.orientation)
-        if robot.is_valid():
-            self._track.add(stamp_ns(message), Sample(robot, covariance))
-        else:
+        if robot is None:
             self._invalid += 1
+        else:
+            self._track.add(stamp_ns(message), Sample(robot, covariance))
 
     def at(self, stamp_ns: int, camera_frame: str) -> Sample:
         """The pose of the camera, whatever its frame is called."""
@@ -165,7 +164,7 @@ class FrameReader:
         """
         recording.check_topic(topics.depth, (IMAGE, COMPRESSED_IMAGE))
         recording.check_topic(topics.camera_info, (CAMERA_INFO,))
-        recording.check_topic(topics.instances, (IMAGE, DETECTIONS))
+        recording.check_topic(topics.instances, instances.types)
         poses.check(recording)
         self._recording = recording
         self._topics = topics

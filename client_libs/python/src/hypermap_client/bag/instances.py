@@ -6,7 +6,7 @@ import heapq
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, ClassVar, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -24,6 +24,9 @@ MAX_INSTANCES = 254
 class InstanceReader(Protocol):
     """Makes instances of the messages of a topic."""
 
+    types: ClassVar[tuple[str, ...]]
+    """The types of messages that it reads."""
+
     def read(
         self, message: Any, camera: pb.CameraModel, skipped: Counter[str]
     ) -> list[pb.FrameInstance]:
@@ -38,6 +41,7 @@ class Boxes:
     labels: labels of class ids; a class that is not in it keeps its id as the label.
     """
 
+    types: ClassVar[tuple[str, ...]] = ("vision_msgs/msg/Detection2DArray",)
     labels: Mapping[str, str]
 
     def read(
@@ -81,6 +85,7 @@ class LabelImages:
     score: the score of all instances.
     """
 
+    types: ClassVar[tuple[str, ...]] = ("sensor_msgs/msg/Image",)
     labels: Mapping[str, str]
     divisor: int
     score: float

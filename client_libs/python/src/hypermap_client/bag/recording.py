@@ -61,6 +61,9 @@ class Recording:
             raise BagError(
                 "the package rosbags is missing: pip install 'hypermap-client[bag]'"
             ) from None
+        for path in self._paths:
+            if not path.exists():
+                raise BagError(f"{path}: no such file or folder")
         try:
             self._reader = AnyReader(self._paths, default_typestore=default_types())
             self._reader.open()

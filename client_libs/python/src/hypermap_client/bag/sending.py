@@ -36,9 +36,9 @@ class FrameSender:
         """Connects to HOST:PORT.
 
         on_acknowledged: called once for each frame.
-        retry_for: seconds to retry while the worker is unavailable, from its last answer.
+        retry_for: seconds to retry while the worker is unavailable, from its last answer on.
 
-        Raises HypermapError if the worker cannot be reached or refuses the opening.
+        Raises HypermapError at once if the worker cannot be reached or refuses the opening.
         """
         self._channel = blocking.Channel(target, None, None)
         self._opening = opening
@@ -47,7 +47,7 @@ class FrameSender:
         self._stream: blocking.Stream[pb.StreamFramesRequest, pb.StreamFramesResponse] | None = None
         self._opened = pb.FramesOpened()
         self._pending: dict[int, pb.RobotFrame] = {}
-        self._settle(0)
+        self._open()
 
     def is_known(self, sequence: int) -> bool:
         """Whether the layer has the frame already."""

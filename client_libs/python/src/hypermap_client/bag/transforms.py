@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import bisect
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -24,7 +25,7 @@ MAX_BEYOND_NS = 20_000_000
 class Pose:
     """A rigid transform: `a_from_b` has b's origin, in metres, and orientation in frame a.
 
-    `rotation` is a quaternion (x, y, z, w).
+    `rotation` is a quaternion (x, y, z, w) of length 1.
     """
 
     translation: FloatArray
@@ -42,21 +43,27 @@ class Pose:
         rotation = self.rotation * np.array([-1.0, -1.0, -1.0, 1.0])
         return Pose(-rotate(rotation, self.translation), rotation)
 
-    def is_valid(self) -> bool:
-        """Whether all numbers are finite, and the quaternion has length 1."""
-        numbers = np.concatenate([self.translation, self.rotation])
-        length = float(np.linalg.norm(self.rotation))
-        return bool(np.isfinite(numbers).all()) and abs(length - 1.0) < MAX_LENGTH_ERROR
-
 
 IDENTITY = Pose(np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0]))
 
 
-def decode_pose(translation: Any, rotation: Any) -> Pose:
-    """Converts a Point or Vector3 and a Quaternion of geometry_msgs."""
-    return Pose(
-        np.array([translation.x, translation.y, translation.z], float),
-        np.array([rotation.x, rotation.y, rotation.z, rotation.w], float),
+def make_pose(translation: Sequence[float], rotation: Sequence[float]) -> Pose | None:
+    """The pose of (x, y, z) in metres and (qx, qy, qz, qw).
+
+    None if a number is not finite, or the quaternion's length is not 1; it may be rounded.
+    """
+    numbers = np.array([*translation, *rotation], float)
+    length = float(np.linalg.norm(numbers[3:]))
+    if not np.isfinite(numbers).all() or abs(length - 1.0) > MAX_LENGTH_ERROR:
+        return None
+    return Pose(numbers[:3], numbers[3:] / length)
+
+
+def decode_pose(translation: Any, rotation: Any) -> Pose | None:
+    """Converts a Point or Vector3 and a Quaternion of geometry_msgs, as `make_pose`."""
+    return make_pose(
+        (translation.x, translation.y, translation.z),
+        (rotation.x, rotation.y, rotation.z, rotation.w),
     )
 
 
@@ -155,7 +162,7 @@ class FrameTree:
         parent = message.header.frame_id.lstrip("/")
         child = message.child_frame_id.lstrip("/")
         pose = decode_pose(message.transform.translation, message.transform.rotation)
-        if not pose.is_valid():
+        if pose is None:
             self.invalid += 1
             return
         if (known := self._parents.setdefault(child, parent)) != parent:
