@@ -43,7 +43,7 @@ def test_the_installed_package_is_tested() -> None:
 
 def test_importing_the_package_does_not_import_optional_libraries() -> None:
     code = "import sys, hypermap_client; print([m for m in {} if m in sys.modules])"
-    assert run_python(code.format(["matplotlib", "pandas", "geopandas"])).strip() == "[]"
+    assert run_python(code.format(["matplotlib", "pandas", "geopandas", "rosbags"])).strip() == "[]"
 
 
 def test_other_versions_of_the_protos_do_not_conflict() -> None:

@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import json
 import math
+import os
 import pathlib
 import signal
 import sys
@@ -49,11 +50,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parse_arguments(arguments)
     try:
         summary = run(options)
+        print(summary.to_json() if options.json else summary.to_text(), flush=True)
     except BagError as error:
         return fail(str(error))
     except HypermapError as error:
         return fail(f"{error.code.name}: {error}")
-    print(summary.to_json() if options.json else summary.to_text(), flush=True)
+    except BrokenPipeError:  # Nobody reads the output any more, as in `hypermap-bag … | head`.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return EXIT_ERROR
     problem = summary.problem()
     return fail(problem) if problem else 0
 
@@ -66,7 +70,7 @@ def fail(message: str) -> int:
 
 def run(options: argparse.Namespace) -> Summary:
     """Sends the frames of a bag. Raises BagError or HypermapError if that fails as a whole."""
-    summary = Summary(options.robot or options.bags[0].resolve().stem)
+    summary = Summary(options.robot or options.bags[0].resolve().name.removesuffix(".bag"))
     begin = time.monotonic()
     instances = instance_reader(options)
     synchronizer = Synchronizer(options.queue, nanoseconds(options.slop_seconds))
@@ -93,9 +97,7 @@ def send_frames(
     is_interrupted: Callable[[], bool],
 ) -> None:
     """Sends frames, and waits until all are acknowledged."""
-    opening = pb.FrameOpening(
-        robot=summary.robot, frame_id=options.frame_id, camera=reader.camera, drop_oldest=False
-    )
+    opening = pb.FrameOpening(robot=summary.robot, frame_id=options.frame_id, camera=reader.camera)
     sender = FrameSender(options.ingest, opening, summary.note)
     try:
         for frame in reader.frames(synchronizer, sender.is_known, summary):
@@ -404,7 +406,3 @@ def whole(least: int) -> Callable[[str], int]:
         return value
 
     return number
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import bisect
 import math
+from array import array
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -103,17 +103,26 @@ class Sample:
 
 
 class Track:
-    """A pose over time. Samples may be added in any order."""
+    """A pose over time. Samples may be added in any order; each takes 64 bytes, or 136.
+
+    Either all samples of a track have a covariance or none.
+    """
 
     def __init__(self, name: str) -> None:
         self._name = name
-        self._samples: dict[int, Sample] = {}
-        self._stamps: list[int] = []
+        self._stamps = array("q")
+        # For each sample the translation, the rotation and the covariance, if there is one.
+        self._numbers = array("d")
+        self._sorted: tuple[npt.NDArray[np.int64], FloatArray] | None = None
 
     def add(self, stamp_ns: int, sample: Sample) -> None:
         """Adds a sample. It replaces one with the same stamp."""
-        self._samples[stamp_ns] = sample
-        self._stamps = []
+        self._stamps.append(stamp_ns)
+        self._numbers.extend(sample.pose.translation)
+        self._numbers.extend(sample.pose.rotation)
+        if sample.covariance is not None:
+            self._numbers.extend(sample.covariance.ravel())
+        self._sorted = None
 
     def at(self, stamp_ns: int, max_gap_ns: int) -> Sample:
         """The pose at a time: translation linear, rotation by slerp, covariance linear.
@@ -121,28 +130,36 @@ class Track:
         Raises SkippedFrameError if the time is before the first or after the last sample by more
         than `MAX_BEYOND_NS`, or between two that are more than `max_gap_ns` apart.
         """
-        if stamp_ns in self._samples:
-            return self._samples[stamp_ns]
-        stamps = self._stamps = self._stamps or sorted(self._samples)
-        after = bisect.bisect(stamps, stamp_ns)
+        self._sorted = self._sorted or self._sort()
+        stamps, rows = self._sorted
+        after = int(np.searchsorted(stamps, stamp_ns))
+        if after < len(stamps) and stamps[after] == stamp_ns:
+            return _sample(rows[after])
         if after in (0, len(stamps)):
-            nearest = stamps[0] if after == 0 else stamps[-1]
-            if abs(nearest - stamp_ns) > MAX_BEYOND_NS:
+            nearest = 0 if after == 0 else -1
+            if not len(stamps) or abs(stamps[nearest] - stamp_ns) > MAX_BEYOND_NS:
                 raise SkippedFrameError(f"outside of the time of {self._name}")
-            return self._samples[nearest]
+            return _sample(rows[nearest])
         begin, end = stamps[after - 1], stamps[after]
         if end - begin > max_gap_ns:
             raise SkippedFrameError(f"gap in {self._name}")
-        share = (stamp_ns - begin) / (end - begin)
-        return _interpolate(self._samples[begin], self._samples[end], share)
+        share = float((stamp_ns - begin) / (end - begin))
+        row = rows[after - 1] + share * (rows[after] - rows[after - 1])
+        row[3:7] = slerp(rows[after - 1][3:7], rows[after][3:7], share)
+        return _sample(row)
+
+    def _sort(self) -> tuple[npt.NDArray[np.int64], FloatArray]:
+        """The samples in the order of their stamps, the last one of each stamp."""
+        stamps = np.array(self._stamps)
+        rows = np.array(self._numbers).reshape(len(stamps), -1) if len(stamps) else np.empty((0, 7))
+        order = np.argsort(stamps, kind="stable")
+        is_last = np.diff(stamps[order], append=np.iinfo(np.int64).max) != 0
+        return stamps[order][is_last], rows[order][is_last]
 
 
-def _interpolate(p: Sample, q: Sample, share: float) -> Sample:
-    translation = p.pose.translation + share * (q.pose.translation - p.pose.translation)
-    covariance = None
-    if p.covariance is not None and q.covariance is not None:
-        covariance = p.covariance + share * (q.covariance - p.covariance)
-    return Sample(Pose(translation, slerp(p.pose.rotation, q.pose.rotation, share)), covariance)
+def _sample(row: FloatArray) -> Sample:
+    covariance = row[7:].reshape(3, 3) if len(row) > 7 else None
+    return Sample(Pose(row[:3], row[3:7]), covariance)
 
 
 class FrameTree:
