@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import json
 import os
 import pathlib
@@ -101,6 +102,7 @@ def unpack(counts: str) -> list[int]:
     return runs
 
 
+@functools.cache
 def label_images() -> tuple[dict[str, np.ndarray], dict[int, str]]:
     """The masks of the drive as label images by file name, and the labels of their classes."""
     coco = json.loads((OFFICE / "detections_clean.json").read_text(encoding="utf-8"))
@@ -115,6 +117,19 @@ def label_images() -> tuple[dict[str, np.ndarray], dict[int, str]]:
         image[mask] = numbers[annotation["category_id"]] * DIVISOR + n % DIVISOR
     files = {i["file_name"]: images[i["id"]] for i in coco["images"]}
     return files, {numbers[c["id"]]: c["name"] for c in coco["categories"]}
+
+
+def boxes(image: np.ndarray) -> Iterator[dict[str, Any]]:
+    """The detections of which a label image shows the exact masks."""
+    _, labels = label_images()
+    for value in np.unique(image[image > 0]):
+        pixels = np.argwhere(image == value)
+        (top, left), (bottom, right) = pixels.min(axis=0), pixels.max(axis=0)
+        yield {
+            "class_id": labels[value // DIVISOR], "score": 1.0,
+            "x": (left + right + 1) / 2, "width": right + 1 - left,
+            "y": (top + bottom + 1) / 2, "height": bottom + 1 - top,
+        }  # fmt: skip
 
 
 def write_drive(path: pathlib.Path, encoding: str, *, has_odometry: bool) -> None:
@@ -141,6 +156,7 @@ def write_drive(path: pathlib.Path, encoding: str, *, has_odometry: bool) -> Non
             bag.camera_info("/camera_info", stamp, size=(320, 240), focal=262.5)
             bag.image("/depth", stamp, depth, encoding)
             bag.image("/masks", stamp + 3_000_000, masks[file], "16UC1")
+            bag.detections("/boxes", stamp, list(boxes(masks[file])))
 
 
 def numbers(pose: Pose) -> list[float]:
@@ -167,13 +183,26 @@ def replayed(server: Server) -> list[MapObject]:
     return shown(server, "replayed")
 
 
-def command(folder: pathlib.Path, service: Service) -> list[object]:
-    """The command that sends the drive in a folder."""
-    labels = folder / "labels.yaml"
+@pytest.fixture(scope="module")
+def drive(tmp_path_factory: pytest.TempPathFactory) -> pathlib.Path:
+    """The drive with depth in metres, and poses that are not composed."""
+    path = tmp_path_factory.mktemp("bag") / "drive"
+    write_drive(path, "32FC1", has_odometry=False)
+    return path
+
+
+@pytest.fixture(scope="module")
+def masks(tmp_path_factory: pytest.TempPathFactory) -> list[object]:
+    """The options for the masks of the drive."""
+    labels = tmp_path_factory.mktemp("labels") / "labels.yaml"
     labels.write_text(json.dumps(label_images()[1]), encoding="utf-8")
+    return ["--masks", "/masks", "--labels", labels, "--label-divisor", DIVISOR, "--score", 1]
+
+
+def command(drive: pathlib.Path, instances: list[object], service: Service) -> list[object]:
+    """The command that sends the drive."""
     return [
-        PROGRAM, folder / "drive", "--depth", "/depth", "--camera-info", "/camera_info",
-        "--masks", "/masks", "--labels", labels, "--label-divisor", DIVISOR, "--score", 1,
+        PROGRAM, drive, "--depth", "/depth", "--camera-info", "/camera_info", *instances,
         "--pose-sigma", SIGMA, "--ingest", service.address, "--json",
     ]  # fmt: skip
 
@@ -200,32 +229,30 @@ def distances(a: list[MapObject], b: list[MapObject]) -> list[float]:
 
 
 def test_a_drive_gives_exactly_the_same_objects_and_counts_once(
-    server: Server, replayed: list[MapObject], tmp_path: pathlib.Path
+    server: Server, replayed: list[MapObject], drive: pathlib.Path, masks: list[object]
 ) -> None:
-    """Depth as floats of metres, and poses that are not composed, give the same frames."""
-    write_drive(tmp_path / "drive", "32FC1", has_odometry=False)
     with Service(server, "same") as service:
-        summary = run(*command(tmp_path, service))
+        summary = run(*command(drive, masks, service))
         assert (summary["frames"], summary["accepted"]) == (NUM_FRAMES, NUM_FRAMES)
         assert shown(server, "same") == replayed and len(replayed) > 30
 
-        again = run(*command(tmp_path, service))
+        again = run(*command(drive, masks, service))
         assert (again["known"], again["accepted"], again["revision"]) == (NUM_FRAMES, 0, 0)
         assert shown(server, "same") == replayed
 
 
 def test_a_chain_of_frames_gives_the_same_objects(
-    server: Server, replayed: list[MapObject], tmp_path: pathlib.Path
+    server: Server, replayed: list[MapObject], tmp_path: pathlib.Path, masks: list[object]
 ) -> None:
     """Composing the transforms map, odom, base, optical rounds the last digits of the poses."""
     write_drive(tmp_path / "drive", "32FC1", has_odometry=True)
     with Service(server, "chain") as service:
-        run(*command(tmp_path, service))
+        run(*command(tmp_path / "drive", masks, service))
     assert max(distances(replayed, shown(server, "chain"))) < 1e-9
 
 
 def test_depth_in_millimetres_gives_the_same_objects(
-    server: Server, replayed: list[MapObject], tmp_path: pathlib.Path
+    server: Server, replayed: list[MapObject], tmp_path: pathlib.Path, masks: list[object]
 ) -> None:
     """The drive has depth in steps of 0.2 mm, 16UC1 in steps of 1 mm.
 
@@ -233,7 +260,7 @@ def test_depth_in_millimetres_gives_the_same_objects(
     """
     write_drive(tmp_path / "drive", "16UC1", has_odometry=False)
     with Service(server, "millimetres") as service:
-        run(*command(tmp_path, service))
+        run(*command(tmp_path / "drive", masks, service))
     sent = shown(server, "millimetres")
     assert max(distances(replayed, sent)) < 0.06
     for a, b in zip(replayed, sent, strict=True):
@@ -242,43 +269,52 @@ def test_depth_in_millimetres_gives_the_same_objects(
         assert b.height.high_m == pytest.approx(a.height.high_m, abs=0.005)
 
 
-def test_a_killed_run_is_resumed(
-    server: Server, replayed: list[MapObject], tmp_path: pathlib.Path
+def test_boxes_give_nearly_the_same_objects(
+    server: Server, replayed: list[MapObject], drive: pathlib.Path
 ) -> None:
-    write_drive(tmp_path / "drive", "32FC1", has_odometry=False)
+    """The worker must take away the background of boxes, which may join two things of a class."""
+    with Service(server, "boxes") as service:
+        run(*command(drive, ["--detections", "/boxes"], service))
+    sent = shown(server, "boxes")
+    assert 0.8 * len(replayed) < len(sent) < 1.2 * len(replayed)
+    for a in replayed:
+        assert any(a.label == b.label and a.shape.intersects(b.shape) for b in sent), a
+
+
+def test_a_killed_run_is_resumed(
+    server: Server, replayed: list[MapObject], drive: pathlib.Path, masks: list[object]
+) -> None:
     with Service(server, "killed") as service:
-        broken = start(command(tmp_path, service))
+        broken = start(command(drive, masks, service))
         wait_for_revision(server, "killed", 10)
         broken.kill()
         broken.communicate()
-        summary = run(*command(tmp_path, service))
+        summary = run(*command(drive, masks, service))
     assert summary["known"] > 0
     assert summary["known"] + summary["accepted"] + summary["duplicates"] == NUM_FRAMES
     assert shown(server, "killed") == replayed
 
 
 def test_an_interrupted_run_waits_for_acknowledgements(
-    server: Server, tmp_path: pathlib.Path
+    server: Server, drive: pathlib.Path, masks: list[object]
 ) -> None:
-    write_drive(tmp_path / "drive", "32FC1", has_odometry=False)
     with Service(server, "interrupted") as service:
-        process = start(command(tmp_path, service))
+        process = start(command(drive, masks, service))
         wait_for_revision(server, "interrupted", 5)
         process.send_signal(signal.SIGINT)
         out, err = process.communicate(timeout=DEADLINE_S)
         summary = json.loads(out)
         assert (process.returncode, summary["interrupted"]) == (1, True)
         assert "interrupted" in err and len(err.splitlines()) == 1
-        again = run(*command(tmp_path, service))
+        again = run(*command(drive, masks, service))
     assert again["known"] == summary["accepted"] < NUM_FRAMES
 
 
 def test_a_run_waits_while_the_worker_restarts(
-    server: Server, replayed: list[MapObject], tmp_path: pathlib.Path
+    server: Server, replayed: list[MapObject], drive: pathlib.Path, masks: list[object]
 ) -> None:
-    write_drive(tmp_path / "drive", "32FC1", has_odometry=False)
     with Service(server, "restarted") as service:
-        process = start(command(tmp_path, service))
+        process = start(command(drive, masks, service))
         wait_for_revision(server, "restarted", 10)
     with Service(server, "restarted", listen=service.address):
         out, err = process.communicate(timeout=DEADLINE_S)
