@@ -7,3 +7,7 @@ class BagError(Exception):
 
 class SkippedFrameError(Exception):
     """One frame cannot be used. The message is a reason that is the same for all such frames."""
+
+
+class InterruptedRunError(Exception):
+    """A signal asked the program to end."""

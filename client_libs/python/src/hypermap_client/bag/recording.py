@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import pathlib
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-from .problems import BagError
+from .problems import BagError, InterruptedRunError
 
 if TYPE_CHECKING:
     from rosbags.highlevel import AnyReader
@@ -47,10 +47,13 @@ class Recording:
 
     Messages are decoded by the definitions that the recording contains. Only SQLite3 recordings of
     Humble and earlier have none; they are decoded by those of Humble.
+
+    is_interrupted: tells whether reading should end.
     """
 
-    def __init__(self, paths: Sequence[pathlib.Path]) -> None:
+    def __init__(self, paths: Sequence[pathlib.Path], is_interrupted: Callable[[], bool]) -> None:
         self._paths = paths
+        self._is_interrupted = is_interrupted
         self._reader: AnyReader | None = None
         self._types: dict[str, str] = {}
 
@@ -102,12 +105,18 @@ class Recording:
     def messages(self, topics: Collection[str]) -> Iterator[tuple[str, Any]]:
         """Yields (topic, message) of some topics, in the order in which they were recorded.
 
-        Raises BagError if a message cannot be read.
+        Raises BagError if a message cannot be read, and InterruptedRunError if reading should end.
         """
+        for topic, message in self._read(topics):
+            if self._is_interrupted():
+                raise InterruptedRunError
+            yield topic, message
+
+    def _read(self, topics: Collection[str]) -> Iterator[tuple[str, Any]]:
         assert self._reader is not None
         connections = [c for c in self._reader.connections if c.topic in topics]
         if not connections:
-            return
+            return  # rosbags would read all.
         try:
             for connection, _, data in self._reader.messages(connections):
                 yield connection.topic, self._reader.deserialize(data, connection.msgtype)

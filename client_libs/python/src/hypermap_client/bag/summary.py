@@ -94,7 +94,7 @@ class Summary:
         }
         parts = ", ".join(f"{count} {name}" for name, count in counts.items() if count)
         lines = [
-            f"{self.robot}: {self.frames} frames: {parts}",
+            f"{self.robot}: {self.frames} frames" + (f": {parts}" if parts else ""),
             f"{self.instances} instances, {self.seconds:.1f} s"
             + (f", revision {self.revision}" if self.revision else ""),
         ]
