@@ -17,6 +17,8 @@ from bags import FORMATS, BagWriter
 from PIL import Image
 
 from hypermap_client.bag.command import main
+from hypermap_client.bag.problems import InterruptedRunError
+from hypermap_client.bag.recording import Recording
 
 SECOND = 10**9
 BEGIN = 1_600_000_000 * SECOND
@@ -252,7 +254,7 @@ def test_names_of_frames_and_topics_can_be_given(
         bag.detections("/boxes", BEGIN, [])
 
     frame, _ = run(
-        capsys, write(tmp_path, fill), *BOXES, "--map-frame", "world", "--camera-frame", "eye",
+        capsys, write(tmp_path, fill), *BOXES, "--map-frame", "/world", "--camera-frame", "eye",
         "--tf", "/cart/tf", "--tf-static", "/cart/tf_static",
     )  # fmt: skip
     assert frame["position"] == [1, 2, 3]
@@ -322,6 +324,12 @@ def test_errors_are_told_in_one_line(
         line = fail(capsys, *arguments)
         for word in ["hypermap-bag: ", *words]:
             assert word in line
+
+
+def test_reading_ends_when_it_is_interrupted(tmp_path: pathlib.Path) -> None:
+    with Recording([write(tmp_path, moving_robot)], lambda: True) as recording:
+        with pytest.raises(InterruptedRunError):
+            next(recording.messages(["/tf"]))
 
 
 def test_masks_and_detections_must_be_of_their_types(

@@ -216,7 +216,7 @@ def test_images_that_are_no_depth_of_the_camera() -> None:
         (depth_image(good.astype(np.uint8), "mono8"), "encoding mono8"),
         (depth_image(np.ones((3, 2), np.uint16), "16UC1"), "2x3 for a camera of 3x2"),
         (depth_image(good * 0, "16UC1"), "without any depth"),
-        (depth_image(np.full((2, 3), np.nan, np.float32), "32FC1"), "without any depth"),
+        (depth_image(np.full((2, 3), np.inf, np.float32), "32FC1"), "without any depth"),
         (short, "too few bytes"),
         (types.SimpleNamespace(format="jpeg", data=bytes(20)), "format 'jpeg'"),
     ):

@@ -56,7 +56,6 @@ def run(options: argparse.Namespace) -> Summary:
     """Sends the frames of a bag. Raises BagError or HypermapError if that fails as a whole."""
     summary = Summary(options.robot or options.bags[0].resolve().name.removesuffix(".bag"))
     begin = time.monotonic()
-    instances = instance_reader(options)
     synchronizer = Synchronizer(options.queue, nanoseconds(options.slop_seconds))
     with watched_signals() as is_interrupted, Recording(options.bags, is_interrupted) as recording:
         try:
@@ -64,7 +63,7 @@ def run(options: argparse.Namespace) -> Summary:
                 recording,
                 Topics(options.depth, options.camera_info, options.masks or options.detections),
                 pose_source(options),
-                instances,
+                instance_reader(options),
                 pose_covariance=np.diag(np.square(options.pose_sigma)),
                 rectified=options.rectified,
             )

@@ -94,11 +94,11 @@ def encode_depth(image: Any, camera: pb.CameraModel, frame: pb.RobotFrame) -> No
         return
     depth = samples(image, ("16UC1", "mono16", "32FC1"))
     check_size(depth, camera)
-    if not (depth > 0).any():
+    is_depth = np.isfinite(depth) & (depth > 0)
+    if not is_depth.any():
         raise SkippedFrameError("depth image without any depth")
     if image.encoding == "32FC1":
-        metres = np.where(np.isfinite(depth) & (depth > 0), depth, 0)
-        units = np.rint(metres.astype(float) * DEPTH_UNITS_PER_METRE)
+        units = np.rint(np.where(is_depth, depth, 0).astype(float) * DEPTH_UNITS_PER_METRE)
         frame.png.png = encode_png(np.minimum(units, LARGEST_UINT16).astype(np.uint16))
         frame.png.units_per_metre = DEPTH_UNITS_PER_METRE
     else:

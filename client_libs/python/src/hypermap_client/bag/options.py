@@ -125,9 +125,16 @@ def add_pose_options(parser: argparse.ArgumentParser) -> None:
     """Options for the poses of the camera."""
     group = parser.add_argument_group("poses, by /tf unless --pose is given")
     add = group.add_argument
-    add("--map-frame", default="map", metavar="FRAME", help="ROS frame of the map (default: map)")
+    add(
+        "--map-frame",
+        type=frame,
+        default="map",
+        metavar="FRAME",
+        help="ROS frame of the map (default: %(default)s)",
+    )
     add(
         "--camera-frame",
+        type=frame,
         default="",
         metavar="FRAME",
         help="optical frame of the depth camera (default: that of the depth images)",
@@ -180,6 +187,11 @@ def add_output_options(parser: argparse.ArgumentParser) -> None:
         help="frame of the poses in Hypermap (default: the map's own)",
     )
     parser.add_argument("--json", action="store_true", help="print JSON, one document a line")
+
+
+def frame(text: str) -> str:
+    """Reads the name of a frame; ROS 1 wrote a slash before it."""
+    return text.lstrip("/")
 
 
 def numbers(text: str) -> Iterator[float]:
