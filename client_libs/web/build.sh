@@ -21,10 +21,26 @@ build_packages() {
     --emptyOutDir --outDir "$build/dashboard"
 }
 
+# The gateway's own calls use Go's messages of the protocol. The generator is of the module that go.mod
+# pins for the messages.
+generate_messages() {
+  local generator=$build/protoc-gen-go files options=() file
+  (cd gateway && go build -o "$generator" google.golang.org/protobuf/cmd/protoc-gen-go)
+  cd ../../proto
+  files=(hypermap/v1/*.proto)
+  for file in "${files[@]}"; do
+    options+=("--go_opt=M$file=hypermap-gateway/gen/hypermapv1")
+  done
+  protoc --plugin="$generator" --go_out=../client_libs/web/gateway --go_opt=module=hypermap-gateway \
+    "${options[@]}" "${files[@]}"
+}
+
 # The gateway embeds the descriptors of all messages, but those of reflection, which it does not
 # serve.
 build_gateway() {
   mkdir -p gateway/schema
+  (generate_messages)
+  npm run --silent schemas --workspace foxglove
   (
     cd ../../proto
     find . -path ./grpc/reflection -prune -o -name '*.proto' -printf '%P\0' | sort -z | xargs -0 protoc --include_imports \

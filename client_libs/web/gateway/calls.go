@@ -81,24 +81,43 @@ func isWatch(method protoreflect.MethodDescriptor) bool {
 	return false
 }
 
+// refuseGivenUp refuses a request if too many calls of its address wait to be cancelled. It returns whether it did.
+func (c *calls) refuseGivenUp(w http.ResponseWriter, r *http.Request) bool {
+	waiting := c.resets.waiting(addressOf(r.RemoteAddr))
+	if waiting < c.mostGivenUp() {
+		return false
+	}
+	refuse(w, r, http.StatusTooManyRequests, connect.CodeResourceExhausted, fmt.Sprintf(
+		"%d calls of this address were given up and are not cancelled yet: the gateway cancels %d in a second (--max_calls, --address_share)",
+		waiting, resetsPerSecond))
+	return true
+}
+
+// takeWatch counts a watch of the request's address until release is called. If there are too many, it refuses
+// the request.
+func (c *calls) takeWatch(w http.ResponseWriter, r *http.Request) (release func(), ok bool) {
+	address := addressOf(r.RemoteAddr)
+	if !c.watches.take(address, 1) {
+		refuse(w, r, http.StatusServiceUnavailable, connect.CodeUnavailable, fmt.Sprintf(
+			"there are too many watches: %d at once, %d of an address (--max_watches, --address_share)",
+			c.watches.total, c.watches.share))
+		return nil, false
+	}
+	return func() { c.watches.release(address, 1) }, true
+}
+
 // bound bounds the calls of a method.
 func (c *calls) bound(method protoreflect.MethodDescriptor, next http.Handler) http.Handler {
 	return http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
-		address := addressOf(r.RemoteAddr)
-		if waiting := c.resets.waiting(address); waiting >= c.mostGivenUp() {
-			refuse(w, r, http.StatusTooManyRequests, connect.CodeResourceExhausted, fmt.Sprintf(
-				"%d calls of this address were given up and are not cancelled yet: the gateway cancels %d in a second (--max_calls, --address_share)",
-				waiting, resetsPerSecond))
+		if c.refuseGivenUp(w, r) {
 			return
 		}
 		if isWatch(method) {
-			if !c.watches.take(address, 1) {
-				refuse(w, r, http.StatusServiceUnavailable, connect.CodeUnavailable, fmt.Sprintf(
-					"there are too many watches: %d at once, %d of an address (--max_watches, --address_share)",
-					c.watches.total, c.watches.share))
+			release, ok := c.takeWatch(w, r)
+			if !ok {
 				return
 			}
-			defer c.watches.release(address, 1)
+			defer release()
 		}
 		mediaType, err := plainMediaType(r.Header.Get("Content-Type"))
 		if err != nil {

@@ -14,6 +14,9 @@ import (
 	"path/filepath"
 	"syscall"
 	"time"
+
+	"hypermap-gateway/foxglove"
+	"hypermap-gateway/mapserver"
 )
 
 // shutdownGrace is the time that calls have to end when the gateway stops.
@@ -184,6 +187,9 @@ func newHandler(cfg config, calls *calls) (http.Handler, error) {
 	for _, service := range services {
 		bridge(mux, service, upstream, calls)
 	}
+	server := mapserver.New(upstream.client, upstream.url)
+	viewers := foxglove.Limits{PingAfter: cfg.limits.pingAfter, Patience: cfg.limits.patience, TimeFor: calls.limits.timeFor}
+	mux.Handle("GET /foxglove/{map}", withQueryToken(calls.watching(calls.serveOwn(server, viewers.Serve))))
 	mux.Handle("GET /", files)
 	mux.HandleFunc("/", refuseMethod)
 	return signedIn.signIn(mux), nil

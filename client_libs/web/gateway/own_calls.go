@@ -1,0 +1,88 @@
+package main
+
+import (
+	"context"
+	"net/http"
+	"net/netip"
+
+	"hypermap-gateway/mapserver"
+)
+
+// ownCalls makes the calls of the gateway's own parts, such as Foxglove's protocol, for a client. They count for
+// the memory of the client's address, and are cancelled in its turn, like the calls that the gateway forwards.
+type ownCalls struct {
+	calls   *calls
+	address netip.Addr
+}
+
+// serveOwn returns a handler that asks the server in the name of its client.
+func (c *calls) serveOwn(server *mapserver.Server, serve func(http.ResponseWriter, *http.Request, *mapserver.Caller)) http.Handler {
+	return http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
+		if c.refuseGivenUp(w, r) {
+			return
+		}
+		header := http.Header{}
+		passHeaders(r.Header, header)
+		serve(w, r, &mapserver.Caller{
+			Server:    server,
+			Admission: &ownCalls{c, addressOf(r.RemoteAddr)},
+			Header:    header,
+		})
+	})
+}
+
+// watching counts the requests of a handler as watches, and lets their clients be as slow as they like.
+func (c *calls) watching(next http.Handler) http.Handler {
+	return http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
+		release, ok := c.takeWatch(w, r)
+		if !ok {
+			return
+		}
+		defer release()
+		if timed, ok := w.(*answerWriter); ok {
+			w = timed.ResponseWriter
+		}
+		next.ServeHTTP(w, r)
+	})
+}
+
+// withQueryToken takes the token of a call from the parameter access_token of its URL (RFC 6750, 2.3), for
+// programs that can't set headers.
+func withQueryToken(next http.Handler) http.Handler {
+	return http.HandlerFunc(func(w http.ResponseWriter, r *http.Request) {
+		if token := r.URL.Query().Get("access_token"); token != "" {
+			r.Header.Set("Authorization", "Bearer "+token)
+		}
+		next.ServeHTTP(w, r)
+	})
+}
+
+// Begin implements mapserver.Admission.
+func (o *ownCalls) Begin(ctx context.Context) mapserver.Call {
+	body := &requestBody{limits: &o.calls.limits, memory: o.calls.memory, address: o.address, Reader: http.NoBody}
+	body.isWhole.Store(true)
+	forwarded := newForwarding(body)
+	ctx, giveUp := context.WithCancel(withForwarding(withBody(ctx, body), forwarded))
+	return &ownCall{o.calls, ctx, giveUp, body, forwarded}
+}
+
+// ownCall implements mapserver.Call.
+type ownCall struct {
+	calls     *calls
+	ctx       context.Context
+	giveUp    context.CancelFunc
+	body      *requestBody
+	forwarded *forwarding
+}
+
+func (c *ownCall) Context() context.Context { return c.ctx }
+
+func (c *ownCall) Explain(err error) error { return failure(c.ctx, err) }
+
+func (c *ownCall) Release() { c.body.releaseAnswer() }
+
+func (c *ownCall) End() {
+	c.giveUp()
+	c.forwarded.wait()
+	c.calls.end(c.body)
+}
