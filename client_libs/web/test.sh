@@ -1,5 +1,5 @@
 #!/bin/bash
-# Runs the tests of one web part (client, dashboard, gateway) against the programs of a build
+# Runs the tests of one web part (client, dashboard, foxglove, gateway) against the programs of a build
 # folder. The exit code is 77 if this machine has no suitable Node or Go.
 set -euo pipefail
 part=$1
