@@ -17,6 +17,7 @@ import (
 
 	"hypermap-gateway/foxglove"
 	"hypermap-gateway/mapserver"
+	"hypermap-gateway/vda5050"
 )
 
 // shutdownGrace is the time that calls have to end when the gateway stops.
@@ -190,6 +191,9 @@ func newHandler(cfg config, calls *calls) (http.Handler, error) {
 	server := mapserver.New(upstream.client, upstream.url)
 	viewers := foxglove.Limits{PingAfter: cfg.limits.pingAfter, Patience: cfg.limits.patience, TimeFor: calls.limits.timeFor}
 	mux.Handle("GET /foxglove/{map}", withQueryToken(calls.watching(calls.serveOwn(server, viewers.Serve))))
+	mux.Handle("GET /vda5050/{map}", withQueryToken(calls.serveOwn(server, vda5050.ServeNewest)))
+	mux.Handle("GET /vda5050/{map}/{file}", withQueryToken(calls.serveOwn(server, vda5050.ServeRelease)))
+	mux.Handle("GET /vda5050/{map}/{revision}/zoneset.json", withQueryToken(calls.serveOwn(server, vda5050.ServeZoneSet)))
 	mux.Handle("GET /", files)
 	mux.HandleFunc("/", refuseMethod)
 	return signedIn.signIn(mux), nil

@@ -79,6 +79,8 @@ func (c *ownCall) Context() context.Context { return c.ctx }
 
 func (c *ownCall) Explain(err error) error { return failure(c.ctx, err) }
 
+func (c *ownCall) Take(bytes int64) error { return c.body.takeForAnswer(bytes) }
+
 func (c *ownCall) Release() { c.body.releaseAnswer() }
 
 func (c *ownCall) End() {

@@ -48,17 +48,3 @@ func pointsOf(xs, ys []float64) []vector3 {
 	}
 	return points
 }
-
-// cornerOf returns the pose of the lower left corner of a cell of a grid.
-func cornerOf(grid *pb.GridGeometry, row, col int32) pose {
-	origin := grid.GetOrigin()
-	sin, cos := math.Sincos(origin.GetYaw())
-	along, up := float64(col)*grid.GetResolutionM(), float64(row)*grid.GetResolutionM()
-	return pose{
-		Position: vector3{
-			X: origin.GetX() + cos*along - sin*up,
-			Y: origin.GetY() + sin*along + cos*up,
-		},
-		Orientation: yawed(origin.GetYaw()),
-	}
-}

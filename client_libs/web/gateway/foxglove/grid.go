@@ -3,13 +3,13 @@ package foxglove
 import (
 	"encoding/base64"
 	"encoding/binary"
-	"fmt"
 	"io"
 	"math"
 	"slices"
 	"time"
 
 	pb "hypermap-gateway/gen/hypermapv1"
+	"hypermap-gateway/mapserver"
 )
 
 const (
@@ -49,74 +49,31 @@ type gridHead struct {
 	Fields      []packedField `json:"fields"`
 }
 
-// run is cells of a row that share a value.
-type run struct {
-	row, colBegin, colEnd int32
-	value                 float64
-}
-
-// grid is the content of a layer of cells. Its runs are sorted by row and column.
-type grid struct {
-	geometry *pb.GridGeometry
-	parts    []*pb.CellRuns
-	// The box around all runs.
-	box pb.CellBox
-}
+// grid is the content of a layer of cells.
+type grid struct{ *mapserver.Cells }
 
 // newGrid returns the grid of a layer's answer. It fails if the box around its cells is too large for a message.
-func newGrid(parts []*pb.LayerPart) (*grid, error) {
-	g := &grid{}
-	for _, part := range parts {
-		if cells := part.GetCells(); len(cells.GetRows()) > 0 {
-			g.geometry = cells.GetGrid()
-			g.parts = append(g.parts, cells)
-		}
-	}
-	begun := false
-	for r := range g.runs {
-		if !begun {
-			g.box = pb.CellBox{RowBegin: r.row, ColBegin: r.colBegin, ColEnd: r.colEnd}
-			begun = true
-		}
-		g.box.RowEnd = r.row + 1
-		g.box.ColBegin = min(g.box.ColBegin, r.colBegin)
-		g.box.ColEnd = max(g.box.ColEnd, r.colEnd)
-	}
-	if cells := g.rows() * g.columns(); cells > maxGridCells {
-		return nil, fmt.Errorf("its cells lie in a box of %d cells, a message may have %d", cells, maxGridCells)
-	}
-	return g, nil
-}
-
-func (g *grid) rows() int64    { return int64(g.box.RowEnd) - int64(g.box.RowBegin) }
-func (g *grid) columns() int64 { return int64(g.box.ColEnd) - int64(g.box.ColBegin) }
-
-// runs iterates over the runs.
-func (g *grid) runs(yield func(run) bool) {
-	for _, part := range g.parts {
-		for i, row := range part.GetRows() {
-			if !yield(run{row, part.GetColBegins()[i], part.GetColEnds()[i], part.GetValues()[i]}) {
-				return
-			}
-		}
-	}
+func newGrid(parts []*pb.LayerPart) (grid, error) {
+	cells, err := mapserver.NewCells(parts, maxGridCells)
+	return grid{cells}, err
 }
 
 // size returns about how many bytes write writes.
-func (g *grid) size() int64 { return 2048 + g.rows()*g.columns()*cellBytes*4/3 }
+func (g grid) size() int64 { return 2048 + g.Rows()*g.Columns()*cellBytes*4/3 }
 
 // write writes the grid as a foxglove.Grid. It holds one row in memory. A grid without cells has one that is
 // transparent, because programs divide by the number of columns.
-func (g *grid) write(w io.Writer, frame string, paint palette, now time.Time) error {
-	columns := max(int(g.columns()), 1)
-	resolution := g.geometry.GetResolutionM()
-	if g.geometry == nil {
+func (g grid) write(w io.Writer, frame string, paint palette, now time.Time) error {
+	columns := max(int(g.Columns()), 1)
+	resolution := g.Geometry.GetResolutionM()
+	if g.Geometry == nil {
 		resolution = 1
 	}
+	x, y := g.Corner()
 	head := mustMarshal(gridHead{
 		Timestamp:   toTimestamp(now),
 		FrameID:     frame,
-		Pose:        cornerOf(g.geometry, g.box.RowBegin, g.box.ColBegin),
+		Pose:        pose{vector3{X: x, Y: y}, yawed(g.Geometry.GetOrigin().GetYaw())},
 		ColumnCount: columns,
 		CellSize:    vector2{resolution, resolution},
 		RowStride:   columns * cellBytes,
@@ -137,24 +94,24 @@ func (g *grid) write(w io.Writer, frame string, paint palette, now time.Time) er
 	return err
 }
 
-func (g *grid) writeCells(w io.Writer, columns int, paint palette) error {
+func (g grid) writeCells(w io.Writer, columns int, paint palette) error {
 	unknown := slices.Repeat(paint.cell(math.NaN()), columns)
-	if g.geometry == nil {
+	if g.Geometry == nil {
 		_, err := w.Write(unknown)
 		return err
 	}
 	row := slices.Clone(unknown)
-	current := g.box.RowBegin
-	for r := range g.runs {
-		for ; current < r.row; current++ {
+	current := g.Box.RowBegin
+	for r := range g.Upwards {
+		for ; current < r.Row; current++ {
 			if _, err := w.Write(row); err != nil {
 				return err
 			}
 			copy(row, unknown)
 		}
-		cell := paint.cell(r.value)
-		for col := r.colBegin; col < r.colEnd; col++ {
-			copy(row[int(col-g.box.ColBegin)*cellBytes:], cell)
+		cell := paint.cell(r.Value)
+		for col := r.ColBegin; col < r.ColEnd; col++ {
+			copy(row[int(col-g.Box.ColBegin)*cellBytes:], cell)
 		}
 	}
 	_, err := w.Write(row)
@@ -169,7 +126,7 @@ type palette struct {
 }
 
 // newPalette returns the palette of a layer, as the dashboard has it.
-func newPalette(layer *pb.Layer, g *grid) palette {
+func newPalette(layer *pb.Layer, g grid) palette {
 	properties := layer.GetProperties()
 	p := palette{ramp: measurementsRamp}
 	if slices.Contains(properties.GetWords(), "free") && slices.Contains(properties.GetWords(), "occupied") {
@@ -186,9 +143,9 @@ func newPalette(layer *pb.Layer, g *grid) palette {
 		return p
 	}
 	p.lowest, p.highest = math.Inf(1), math.Inf(-1)
-	for r := range g.runs {
-		if !math.IsNaN(r.value) {
-			p.lowest, p.highest = min(p.lowest, r.value), max(p.highest, r.value)
+	for r := range g.Upwards {
+		if !math.IsNaN(r.Value) {
+			p.lowest, p.highest = min(p.lowest, r.Value), max(p.highest, r.Value)
 		}
 	}
 	return p

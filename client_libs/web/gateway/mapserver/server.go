@@ -56,7 +56,9 @@ type Call interface {
 	Context() context.Context
 	// Explain returns an error of the call as one for the client. Returns nil for nil.
 	Explain(err error) error
-	// Release gives back the memory of the answers that have come so far.
+	// Take takes memory of the client for what is made of the answers.
+	Take(bytes int64) error
+	// Release gives back the memory that was taken so far.
 	Release()
 	// End gives back all memory, and returns when the server's part of the call has ended.
 	End()
