@@ -26,6 +26,7 @@ build_packages() {
 generate_messages() {
   local generator=$build/protoc-gen-go files options=() file
   (cd gateway && go build -o "$generator" google.golang.org/protobuf/cmd/protoc-gen-go)
+  rm -rf gateway/gen
   cd ../../proto
   files=(hypermap/v1/*.proto)
   for file in "${files[@]}"; do

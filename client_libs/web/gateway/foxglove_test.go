@@ -234,6 +234,10 @@ func TestFoxgloveShowsObjectsAndFrames(t *testing.T) {
 		at(t, edge, "translation", "x") != 20.0 || at(t, edge, "rotation", "w") != math.Cos(0.75) {
 		t.Errorf("transform %v", edge)
 	}
+	s.edit(`{"setTransform":{"transform":{"parentFrameId":"map","childFrameId":"dock","parentFromChild":{"x":7}}}}`)
+	v.content(v.channels["/transforms"], func(content map[string]any) bool {
+		return at(t, content, "transforms", 0, "translation", "x") == 7.0
+	})
 }
 
 func TestFoxgloveTellsOfLayersThatComeAndGo(t *testing.T) {
@@ -323,6 +327,43 @@ func TestFoxgloveSendsTheNewestOfManyChanges(t *testing.T) {
 	})
 	if messages > changes/4 {
 		t.Errorf("%d messages for %d changes", messages, changes)
+	}
+}
+
+func TestFoxgloveSendsTheNewestToAClientThatReadsLate(t *testing.T) {
+	s := startSite(t)
+	s.makeOffice()
+	// A message of this grid does not fit into the buffers between the gateway and its client.
+	s.edit(`{"createLayer":{"layer":{"name":"wide","kind":"LAYER_KIND_SCALAR","grid":{"resolutionM":0.1}}}}`,
+		`{"fillPolygon":{"layer":"wide","value":1,"area":{"outer":{"xs":[0,100,100,0],"ys":[0,0,150,150]}}}}`)
+	v := view(t, s.gateway, "foxglove.sdk.v1", "/grids/wide")
+	wide := v.subscribe("/grids/wide")
+	const changes = 20
+	for i := range changes {
+		s.edit(fmt.Sprintf(`{"writeCells":{"layer":"wide","box":{"rowEnd":1,"colEnd":1},"values":[%d]}}`, i))
+	}
+	messages := 0
+	v.content(wide, func(grid map[string]any) bool {
+		messages++
+		values, _ := cellsOf(t, grid)
+		return values[0] == changes-1
+	})
+	if messages > 4 {
+		t.Errorf("%d messages", messages)
+	}
+}
+
+func TestFoxgloveSubscriptionsEndAndBeginAnew(t *testing.T) {
+	s := startSite(t)
+	s.makeOffice()
+	v := view(t, s.gateway, "foxglove.sdk.v1", "/objects/things")
+	things := v.subscribe("/objects/things")
+	v.content(things, anything)
+	v.send(`{"op":"unsubscribe","subscriptionIds":[%d]}`, things)
+	s.edit(putTable)
+	v.send(`{"op":"subscribe","subscriptions":[{"id":77,"channelId":%d}]}`, things)
+	if labels := labelsOf(v.content(77, anything)); len(labels) != 3 {
+		t.Errorf("labels %v", labels)
 	}
 }
 

@@ -14,10 +14,6 @@ import (
 	"path/filepath"
 	"syscall"
 	"time"
-
-	"hypermap-gateway/foxglove"
-	"hypermap-gateway/mapserver"
-	"hypermap-gateway/vda5050"
 )
 
 // shutdownGrace is the time that calls have to end when the gateway stops.
@@ -188,12 +184,7 @@ func newHandler(cfg config, calls *calls) (http.Handler, error) {
 	for _, service := range services {
 		bridge(mux, service, upstream, calls)
 	}
-	server := mapserver.New(upstream.client, upstream.url)
-	viewers := foxglove.Limits{PingAfter: cfg.limits.pingAfter, Patience: cfg.limits.patience, TimeFor: calls.limits.timeFor}
-	mux.Handle("GET /foxglove/{map}", withQueryToken(calls.watching(calls.serveOwn(server, viewers.Serve))))
-	mux.Handle("GET /vda5050/{map}", withQueryToken(calls.serveOwn(server, vda5050.ServeNewest)))
-	mux.Handle("GET /vda5050/{map}/{file}", withQueryToken(calls.serveOwn(server, vda5050.ServeRelease)))
-	mux.Handle("GET /vda5050/{map}/{revision}/zoneset.json", withQueryToken(calls.serveOwn(server, vda5050.ServeZoneSet)))
+	calls.addOwnParts(mux, upstream)
 	mux.Handle("GET /", files)
 	mux.HandleFunc("/", refuseMethod)
 	return signedIn.signIn(mux), nil

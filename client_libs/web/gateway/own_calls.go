@@ -5,7 +5,9 @@ import (
 	"net/http"
 	"net/netip"
 
+	"hypermap-gateway/foxglove"
 	"hypermap-gateway/mapserver"
+	"hypermap-gateway/vda5050"
 )
 
 // ownCalls makes the calls of the gateway's own parts, such as Foxglove's protocol, for a client. They count for
@@ -13,6 +15,20 @@ import (
 type ownCalls struct {
 	calls   *calls
 	address netip.Addr
+}
+
+// addOwnParts adds the handlers of the parts of the gateway that understand what the server answers.
+func (c *calls) addOwnParts(mux *http.ServeMux, upstream *upstream) {
+	server := mapserver.New(upstream.client, upstream.url)
+	viewers := foxglove.Limits{PingAfter: c.limits.pingAfter, Patience: c.limits.patience, TimeFor: c.limits.timeFor}
+	for path, handler := range map[string]http.Handler{
+		"/foxglove/{map}":                        c.watching(c.serveOwn(server, viewers.Serve)),
+		"/vda5050/{map}":                         c.serveOwn(server, vda5050.ServeNewest),
+		"/vda5050/{map}/{file}":                  c.serveOwn(server, vda5050.ServeRelease),
+		"/vda5050/{map}/{revision}/zoneset.json": c.serveOwn(server, vda5050.ServeZoneSet),
+	} {
+		mux.Handle("GET "+path, withQueryToken(handler))
+	}
 }
 
 // serveOwn returns a handler that asks the server in the name of its client.

@@ -41,9 +41,13 @@ async function makeOffice(): Promise<void> {
   }
 }
 
+const serve = (listen: string) =>
+  Server.start('hypermapd', [`--data_dir=${folder}`, `--listen=${listen}`]);
+
 beforeAll(async () => {
   folder = await mkdtemp(join(tmpdir(), 'hypermap_foxglove_'));
-  server = await Server.start('hypermapd', [`--data_dir=${folder}`, '--listen=127.0.0.1:0']);
+  // Nobody else takes ports of this address while the server is down.
+  server = await serve('127.0.0.12:0');
   gateway = await Server.start('hypermap-gateway', [
     `--server=${server.address}`,
     '--listen=127.0.0.1:0',
@@ -157,6 +161,16 @@ async function contentOf(layer: string): Promise<LayerPart[]> {
     if (part) parts.push(part);
   }
   return parts;
+}
+
+/** Puts a mug on the layer "objects". */
+async function putMug(): Promise<void> {
+  const object = {
+    label: 'mug',
+    shape: { shape: { case: 'point' as const, value: { x: 1, y: 2 } } },
+  };
+  const edit = { case: 'putObject' as const, value: { layer: 'objects', object } };
+  await client.edit.applyEdits({ map: 'office', edits: [{ edit }] });
 }
 
 const ajv = new Ajv({ strict: false, formats: { time: true, duration: true } });
@@ -288,22 +302,20 @@ test('goals of an exploration appear, and the past is without them', async () =>
 
   const objects = await viewer.subscribe<Scene>('/objects/objects');
   const count = (await objects()).entities.length;
-  await client.edit.applyEdits({
-    map: 'office',
-    edits: [
-      {
-        edit: {
-          case: 'putObject',
-          value: {
-            layer: 'objects',
-            object: { label: 'mug', shape: { shape: { case: 'point', value: { x: 1, y: 2 } } } },
-          },
-        },
-      },
-    ],
-  });
+  await putMug();
   await objects(({ entities }) => entities.length === count + 1);
   viewer.show(before);
   await objects(({ entities }) => entities.length === count);
+  viewer.close();
+});
+
+test('a viewer sees what happens after a restart of the server', async () => {
+  const viewer = new Viewer('foxglove.sdk.v1');
+  const objects = await viewer.subscribe<Scene>('/objects/objects');
+  const count = (await objects()).entities.length;
+  await server.stop('SIGKILL');
+  server = await serve(server.address);
+  await putMug();
+  await objects(({ entities }) => entities.length === count + 1);
   viewer.close();
 });

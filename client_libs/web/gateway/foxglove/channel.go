@@ -15,11 +15,14 @@ type paced struct {
 	notBefore time.Time
 }
 
-// sent tells that it was sent and is due again after the next change.
-func (p *paced) sent(now time.Time) { p.isDue, p.notBefore = false, now.Add(publishInterval) }
+// began tells that it is being sent, and is due again after the next change.
+func (p *paced) began() { p.isDue = false }
+
+// ended tells that it was sent. It rests for at least as long as that took, which is long for large content.
+func (p *paced) ended(took time.Duration) { p.notBefore = time.Now().Add(max(publishInterval, took)) }
 
 // retry tells that it could not be sent.
-func (p *paced) retry(now time.Time) { p.isDue, p.notBefore = true, now.Add(retryAfter) }
+func (p *paced) retry() { p.isDue, p.notBefore = true, time.Now().Add(retryAfter) }
 
 // channel is a layer, or the frame tree.
 type channel struct {

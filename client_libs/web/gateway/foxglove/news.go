@@ -18,8 +18,8 @@ const retryAfter = time.Second
 type changes struct {
 	// The newest revision that is known.
 	revision int64
-	// The incarnation of the map. 0: as before.
-	incarnation uint64
+	// The map, if it may be another incarnation.
+	found *pb.Map
 	// Names of the layers whose content changed.
 	layers map[string]bool
 	// Whether layers came, went or changed otherwise.
@@ -66,12 +66,22 @@ func (n *news) take() changes {
 	return taken
 }
 
-// follow notes the changes of a map until ctx is done or the caller may no longer see the map.
-func follow(ctx context.Context, caller *mapserver.Caller, name string, n *news) {
+// follower notes the changes of a map.
+type follower struct {
+	caller *mapserver.Caller
+	name   string
+	news   *news
+	// What has been noted: changes up to a revision of an incarnation.
+	revision    int64
+	incarnation uint64
+}
+
+// follow notes changes until ctx is done or the caller may no longer see the map.
+func (f *follower) follow(ctx context.Context) {
 	for ctx.Err() == nil {
-		err := followOnce(ctx, caller, name, n)
+		err := f.followOnce(ctx)
 		if mapserver.IsCode(err, connect.CodeNotFound, connect.CodeUnauthenticated, connect.CodePermissionDenied) {
-			n.add(func(c *changes) { c.ended = err })
+			f.news.add(func(c *changes) { c.ended = err })
 			return
 		}
 		select {
@@ -81,19 +91,32 @@ func follow(ctx context.Context, caller *mapserver.Caller, name string, n *news)
 	}
 }
 
-// followOnce notes everything as changed, and then the changes that a watch reports, until the watch ends.
-func followOnce(ctx context.Context, caller *mapserver.Caller, name string, n *news) error {
-	found, err := caller.GetMap(ctx, name)
+// followOnce notes what a watch reports until the watch ends. What happened since the last watch may be anything.
+func (f *follower) followOnce(ctx context.Context) error {
+	found, err := f.caller.GetMap(ctx, f.name)
 	if err != nil {
 		return err
 	}
-	n.add(func(c *changes) {
-		c.all, c.revision, c.incarnation = true, found.GetRevision(), found.GetIncarnation()
+	if found.GetIncarnation() != f.incarnation || found.GetRevision() != f.revision {
+		f.revision, f.incarnation = found.GetRevision(), found.GetIncarnation()
+		f.news.add(func(c *changes) { c.all, c.found, c.revision = true, found, found.GetRevision() })
+	}
+	scope := &pb.Scope{Map: f.name, Incarnation: f.incarnation}
+	return f.caller.Watch(ctx, scope, f.revision, func(message *pb.WatchResponse) {
+		f.news.add(func(c *changes) { c.note(message) })
+		f.revision = lastRevision(message, f.revision)
 	})
-	scope := &pb.Scope{Map: name, Incarnation: found.GetIncarnation()}
-	return caller.Watch(ctx, scope, found.GetRevision(), func(message *pb.WatchResponse) {
-		n.add(func(c *changes) { c.note(message) })
-	})
+}
+
+// lastRevision returns the newest revision of which a message tells the rest, or `before` if there is none.
+func lastRevision(message *pb.WatchResponse, before int64) int64 {
+	for _, part := range message.GetCoalesced() {
+		before = lastRevision(part, before)
+	}
+	if len(message.GetCoalesced()) > 0 || message.GetMore() {
+		return before
+	}
+	return message.GetRevision()
 }
 
 // note notes what a message of a watch reports. Its content is not kept: the session asks for the newest.

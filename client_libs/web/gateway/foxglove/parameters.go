@@ -77,13 +77,7 @@ func (s *session) setParameters(ctx context.Context, set []parameter, id string)
 	var names []string
 	for _, parameter := range set {
 		names = append(names, parameter.Name)
-		err := s.setParameter(ctx, parameter)
-		if err != nil {
-			err = s.tellProblem(ctx, parameter.Name, err)
-		} else {
-			err = s.solved(ctx, parameter.Name)
-		}
-		if err != nil {
+		if err := s.trySet(ctx, parameter); err != nil {
 			return err
 		}
 	}
@@ -101,43 +95,63 @@ func (s *session) setParameters(ctx context.Context, set []parameter, id string)
 	return s.tellParameters(ctx, changed, "")
 }
 
-func (s *session) setParameter(ctx context.Context, set parameter) error {
-	var shown asOf
-	var asked *pb.AsOf
-	switch set.Name {
-	case asOfRevisionParameter:
-		revision, ok := set.Value.(float64)
-		if !ok || revision != math.Trunc(revision) || revision < 0 || revision > 1<<53 {
-			return errors.New("not a revision: a whole number, 0 for the newest")
-		}
-		if revision > 0 {
-			asked = mapserver.At(int64(revision))
-		}
-	case asOfTimeParameter:
-		text, ok := set.Value.(string)
-		if !ok {
-			return errors.New("not a text")
-		}
-		if text != "" {
-			moment, err := time.Parse(time.RFC3339, text)
-			if err != nil {
-				return errors.New("not a time like 2026-05-07T08:09:10Z")
-			}
-			shown.time = text
-			asked = &pb.AsOf{AsOf: &pb.AsOf_AtTime{AtTime: timestamppb.New(moment)}}
-		}
-	default:
-		return fmt.Errorf("can't be set; %s and %s can", asOfRevisionParameter, asOfTimeParameter)
+// trySet sets a parameter, or tells the client why not.
+func (s *session) trySet(ctx context.Context, set parameter) error {
+	if set.Name != asOfRevisionParameter && set.Name != asOfTimeParameter {
+		return s.warn(ctx, fmt.Sprintf("the parameter %.40q can't be set; %s and %s can",
+			set.Name, asOfRevisionParameter, asOfTimeParameter))
 	}
-	if asked != nil {
-		found, err := s.caller.Names(ctx, s.scope(), asked)
-		if err != nil {
-			return err
-		}
-		shown.revision, shown.selected = found.GetRevision(), mapserver.At(found.GetRevision())
+	if err := s.setParameter(ctx, set); err != nil {
+		return s.tellProblem(ctx, set.Name, err)
+	}
+	return s.solved(ctx, set.Name)
+}
+
+func (s *session) setParameter(ctx context.Context, set parameter) error {
+	asked, err := selectionOf(set)
+	if err != nil {
+		return err
+	}
+	if asked == nil {
+		s.show(asOf{})
+		return nil
+	}
+	found, err := s.caller.Names(ctx, s.scope(), asked)
+	if err != nil {
+		return err
+	}
+	shown := asOf{selected: mapserver.At(found.GetRevision()), revision: found.GetRevision()}
+	if set.Name == asOfTimeParameter {
+		shown.time, _ = set.Value.(string)
 	}
 	s.show(shown)
 	return nil
+}
+
+// selectionOf returns the revision that a parameter selects in a question to the server, or nil for the newest.
+func selectionOf(set parameter) (*pb.AsOf, error) {
+	if set.Name == asOfRevisionParameter {
+		revision, ok := set.Value.(float64)
+		if !ok || revision != math.Trunc(revision) || revision < 0 || revision > 1<<53 {
+			return nil, errors.New("not a revision: a whole number, 0 for the newest")
+		}
+		if revision == 0 {
+			return nil, nil
+		}
+		return mapserver.At(int64(revision)), nil
+	}
+	text, ok := set.Value.(string)
+	if !ok {
+		return nil, errors.New("not a text")
+	}
+	if text == "" {
+		return nil, nil
+	}
+	moment, err := time.Parse(time.RFC3339, text)
+	if err != nil {
+		return nil, errors.New("not a time like 2026-05-07T08:09:10Z")
+	}
+	return &pb.AsOf{AsOf: &pb.AsOf_AtTime{AtTime: timestamppb.New(moment)}}, nil
 }
 
 // show makes everything due at another revision.

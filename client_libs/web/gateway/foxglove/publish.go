@@ -49,12 +49,15 @@ func (s *session) untilDue() time.Duration {
 // publishNext sends the first thing that is due, if there is one.
 func (s *session) publishNext(ctx context.Context) error {
 	for pace, send := range s.due {
-		if time.Now().Before(pace.notBefore) {
+		started := time.Now()
+		if started.Before(pace.notBefore) {
 			continue
 		}
-		// Changes from now on are not in what is read.
-		pace.sent(time.Now())
-		return s.tryAgain(ctx, pace, send(ctx))
+		// Changes that come from now on may not be in what is read.
+		pace.began()
+		err := send(ctx)
+		pace.ended(time.Since(started))
+		return s.tryAgain(ctx, pace, err)
 	}
 	return nil
 }
@@ -74,7 +77,7 @@ func (s *session) tryAgain(ctx context.Context, pace *paced, err error) error {
 		return err
 	}
 	if mapserver.IsCode(problem.err, connect.CodeUnavailable, connect.CodeResourceExhausted, connect.CodeAborted) {
-		pace.retry(time.Now())
+		pace.retry()
 	}
 	return s.tellProblem(ctx, problem.about, problem.err)
 }

@@ -5,6 +5,7 @@ import (
 	"crypto/rand"
 	"encoding/json"
 	"errors"
+	"strings"
 	"time"
 
 	"github.com/coder/websocket"
@@ -70,7 +71,7 @@ func (s *session) serve(ctx context.Context) {
 	ended := make(chan struct{})
 	go func() {
 		defer close(ended)
-		follow(ctx, s.caller, s.name, s.news)
+		(&follower{caller: s.caller, name: s.name, news: s.news}).follow(ctx)
 	}()
 	go s.readCommands(ctx)
 	go s.ping(ctx, stop)
@@ -88,10 +89,16 @@ func (s *session) serve(ctx context.Context) {
 	<-ended
 }
 
-// closing ends a session with a reason for the client, of at most 123 bytes.
+// closing ends a session with a reason for the client.
 type closing struct {
 	code   websocket.StatusCode
 	reason string
+}
+
+// newClosing cuts the reason to what the protocol has room for.
+func newClosing(code websocket.StatusCode, reason string) *closing {
+	const most = 123
+	return &closing{code, strings.ToValidUTF8(reason[:min(len(reason), most)], "")}
 }
 
 func (c *closing) Error() string { return c.reason }
@@ -165,12 +172,11 @@ func (s *session) ping(ctx context.Context, stop context.CancelFunc) {
 // note marks what is to be sent after changes of the map. The past does not change.
 func (s *session) note(c changes) error {
 	if c.ended != nil {
-		reason := mapserver.Message(c.ended)
-		return &closing{websocket.StatusPolicyViolation, reason[:min(len(reason), 123)]}
+		return newClosing(websocket.StatusPolicyViolation, mapserver.Message(c.ended))
 	}
-	if c.incarnation != 0 && c.incarnation != s.incarnation {
+	if c.found != nil && c.found.GetIncarnation() != s.incarnation {
 		// Revisions mean something else now.
-		s.incarnation, s.revision, s.asOf = c.incarnation, 0, asOf{}
+		s.incarnation, s.frame, s.revision, s.asOf = c.found.GetIncarnation(), c.found.GetFrameId(), 0, asOf{}
 	}
 	if c.revision > s.revision {
 		s.revision = c.revision

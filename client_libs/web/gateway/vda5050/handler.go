@@ -171,7 +171,7 @@ func schemeOf(r *http.Request) string {
 }
 
 func serveJSON(w http.ResponseWriter, r *http.Request, cacheControl string, value any) {
-	text, err := json.MarshalIndent(value, "", "  ")
+	text, err := json.Marshal(value)
 	if err != nil {
 		http.Error(w, err.Error(), http.StatusInternalServerError)
 		return
