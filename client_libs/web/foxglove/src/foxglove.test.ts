@@ -14,7 +14,7 @@ import { tmpdir } from 'node:os';
 import { join } from 'node:path';
 import { afterAll, beforeAll, expect, test } from 'vitest';
 import WebSocket from 'ws';
-import { classColour } from '../../dashboard/src/map/colours.js';
+import { binaryRamp, classColour, colourAt, floorRamp } from '../../dashboard/src/map/colours.js';
 import { root } from '../../e2e/support/places.js';
 import { run, Server } from '../../e2e/support/programs.js';
 
@@ -236,6 +236,24 @@ test.each(['floor', 'seen', 'wifi'])('the cells of %s are those of the server', 
   }
   expect(shown.size).toBe(expected.size);
   for (const [place, value] of expected) expect(shown.get(place)).toBeCloseTo(value, 4);
+  viewer.close();
+});
+
+test('cells have the colours of the dashboard', async () => {
+  const viewer = new Viewer('foxglove.sdk.v1');
+  const ramps = { floor: floorRamp(false), seen: binaryRamp(false) };
+  for (const [layer, ramp] of Object.entries(ramps)) {
+    const grid = await (await viewer.subscribe<Grid>(`/grids/${layer}`))();
+    const data = Buffer.from(grid.data, 'base64');
+    const shown = new Map<number, number[]>();
+    for (let at = 0; at < data.length; at += grid.cell_stride) {
+      shown.set(data.readFloatLE(at), [...data.subarray(at + 4, at + 8)]);
+    }
+    expect(shown.size).toBeGreaterThan(1);
+    for (const [value, colour] of shown) {
+      expect(colour).toEqual(Number.isNaN(value) ? [0, 0, 0, 0] : colourAt(ramp, value));
+    }
+  }
   viewer.close();
 });
 

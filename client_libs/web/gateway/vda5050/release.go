@@ -164,9 +164,10 @@ func addLayer(ctx context.Context, archive *zip.Writer, caller *mapserver.Caller
 	return true, addFile(archive, layer.GetName()+".pgm", made.writePGM)
 }
 
-// addFile adds a file without a time.
+// addFile adds a file. Its time is always the first one that the format has.
 func addFile(archive *zip.Writer, name string, write func(io.Writer) error) error {
-	file, err := archive.CreateHeader(&zip.FileHeader{Name: name, Method: zip.Deflate})
+	const firstOfJanuary1980 = 1<<5 | 1
+	file, err := archive.CreateHeader(&zip.FileHeader{Name: name, Method: zip.Deflate, ModifiedDate: firstOfJanuary1980})
 	if err != nil {
 		return err
 	}
