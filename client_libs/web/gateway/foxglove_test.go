@@ -217,6 +217,9 @@ func TestFoxgloveShowsObjectsAndFrames(t *testing.T) {
 	if lines := at(t, table, "lines").([]any); len(lines) != 2 || at(t, lines[0], "type") != 1.0 || len(at(t, lines[1], "points").([]any)) != 3 {
 		t.Errorf("the lines of a polygon with a hole: %v", lines)
 	}
+	if alpha := at(t, table, "lines", 0, "color", "a"); alpha != 0.651 {
+		t.Errorf("a table that may not exist has the opacity %v", alpha)
+	}
 	if at(t, lane, "lines", 0, "type") != 0.0 || at(t, lane, "lines", 0, "points", 1, "y") != 3.0 {
 		t.Errorf("the line of a line string: %v", lane)
 	}

@@ -12,16 +12,20 @@ import (
 	"connectrpc.com/connect"
 )
 
-// startServer starts the real server on an empty folder and returns its address.
-func startServer(t *testing.T, flags ...string) string {
-	t.Helper()
+// program returns the path of a program of the build.
+func program(name string) string {
 	build := os.Getenv("HYPERMAP_BUILD")
 	if build == "" {
 		build = "../../../build"
 	}
-	program := filepath.Join(build, "bin", "hypermapd")
+	return filepath.Join(build, "bin", name)
+}
+
+// startServer starts the real server on an empty folder and returns its address.
+func startServer(t *testing.T, flags ...string) string {
+	t.Helper()
 	flags = append(flags, "--data_dir="+t.TempDir(), "--listen=127.0.0.1:0")
-	command := exec.Command(program, flags...)
+	command := exec.Command(program("hypermapd"), flags...)
 	output, err := command.StdoutPipe()
 	if err != nil {
 		t.Fatal(err)

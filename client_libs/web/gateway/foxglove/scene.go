@@ -149,9 +149,10 @@ func newEntity(object *pb.Object, frame string, now time.Time) *entity {
 		made.addMark(object, mark)
 		return made
 	}
-	painted := classColour(object.GetLabel()).colour()
-	made.addShape(object.GetShape(), painted)
-	made.addText(object.GetCentroid(), object.GetLabel(), painted)
+	painted := classColour(object.GetLabel())
+	// As in the dashboard, objects are the fainter the less likely they are.
+	made.addShape(object.GetShape(), painted.faded(0.3+0.7*object.GetExistence()).colour())
+	made.addText(object.GetCentroid(), object.GetLabel(), painted.colour())
 	return made
 }
 

@@ -77,12 +77,9 @@ func (s *session) serve(ctx context.Context) {
 	go s.ping(ctx, stop)
 
 	err := s.run(ctx)
-	var refused *closing
-	switch {
-	case errors.As(err, &refused):
-		_ = s.conn.Close(refused.code, refused.reason)
-	case ctx.Err() != nil:
-		_ = s.conn.Close(websocket.StatusGoingAway, "the gateway stops, or the client gave no sign of life")
+	var told *closing
+	if errors.As(err, &told) {
+		_ = s.conn.Close(told.code, told.reason)
 	}
 	stop()
 	_ = s.conn.CloseNow()
