@@ -467,3 +467,27 @@ func TestFoxglovePassesTheTokenOfTheURL(t *testing.T) {
 		t.Errorf("the server got %v", sent)
 	}
 }
+
+func TestFoxgloveEndsWithTheGateway(t *testing.T) {
+	server := startServer(t)
+	ctx := testContext(t)
+	var conn *websocket.Conn
+	t.Run("AConnectionIsOpen", func(t *testing.T) {
+		s := site{t, startGateway(t, before(server))}
+		s.makeOffice()
+		opened, _, err := dialFoxglove(ctx, s.gateway, "/foxglove/office", &websocket.DialOptions{Subprotocols: []string{"foxglove.sdk.v1"}})
+		if err != nil {
+			t.Fatal(err)
+		}
+		conn = opened
+	})
+	defer conn.CloseNow()
+	for {
+		if _, _, err := conn.Read(ctx); err != nil {
+			if ctx.Err() != nil {
+				t.Error("the connection outlives the gateway")
+			}
+			return
+		}
+	}
+}

@@ -55,3 +55,47 @@ func TestOwnPartsAskInTheNameOfTheirClient(t *testing.T) {
 		}
 	}
 }
+
+// A page of the gateway, which can't set headers of a WebSocket, is signed in by its cookie.
+func TestFoxgloveIsForPagesThatAreSignedIn(t *testing.T) {
+	access := filepath.Join(t.TempDir(), "access.yaml")
+	admin := createToken(t, access, "admin", "--role=admin")
+	cfg := before(startServer(t, "--access_file="+access))
+	ours := makeCertificate(t)
+	cfg.tlsCert, cfg.tlsKey = ours.certFile, ours.keyFile
+	gateway := startGateway(t, cfg)
+	browser := trusting(t, ours)
+	post := func(path, body string, headers map[string]string) *http.Response {
+		headers["Content-Type"] = "application/json"
+		response, text := send(t, browser, http.MethodPost, gateway+path, body, headers)
+		if response.StatusCode >= http.StatusBadRequest {
+			t.Fatal(text)
+		}
+		return response
+	}
+	post("/hypermap.v1.CatalogService/CreateMap", `{"map":"office"}`, map[string]string{"Authorization": "Bearer " + admin})
+	cookie := post("/session", `{"token":"`+admin+`"}`, map[string]string{}).Cookies()[0]
+
+	// WebSocket needs a connection of HTTP/1.
+	transport := browser.Transport.(*http.Transport).Clone()
+	transport.ForceAttemptHTTP2, transport.TLSClientConfig.NextProtos = false, nil
+	for name, c := range map[string]struct {
+		cookie string
+		status int
+	}{
+		"signed in": {cookie.Name + "=" + cookie.Value, http.StatusSwitchingProtocols},
+		"not":       {"", http.StatusUnauthorized},
+	} {
+		conn, response, err := dialFoxglove(testContext(t), gateway, "/foxglove/office", &websocket.DialOptions{
+			HTTPClient:   &http.Client{Transport: transport},
+			HTTPHeader:   http.Header{"Origin": {gateway}, "Cookie": {c.cookie}},
+			Subprotocols: []string{"foxglove.websocket.v1"},
+		})
+		if response == nil || response.StatusCode != c.status {
+			t.Errorf("%s: %v, %v", name, response, err)
+		}
+		if err == nil {
+			_ = conn.CloseNow()
+		}
+	}
+}

@@ -11,13 +11,7 @@ func (s *session) obey(ctx context.Context, asked command) error {
 	case "subscribe":
 		return s.subscribe(ctx, asked.Subscriptions)
 	case "unsubscribe":
-		for _, id := range asked.SubscriptionIDs {
-			if channel := s.subscriptions[id]; channel != nil {
-				channel.subscription = nil
-				delete(s.subscriptions, id)
-			}
-		}
-		return nil
+		return s.unsubscribe(ctx, asked.SubscriptionIDs)
 	case "getParameters":
 		return s.tellParameters(ctx, asked.ParameterNames, asked.ID)
 	case "setParameters":
@@ -58,6 +52,21 @@ func (s *session) subscribe(ctx context.Context, wanted []subscription) error {
 		id := subscription.ID
 		channel.subscription, channel.isDue = &id, true
 		s.subscriptions[id] = channel
+	}
+	return nil
+}
+
+func (s *session) unsubscribe(ctx context.Context, ids []uint32) error {
+	for _, id := range ids {
+		channel := s.subscriptions[id]
+		if channel == nil {
+			continue
+		}
+		channel.subscription = nil
+		delete(s.subscriptions, id)
+		if err := s.solved(ctx, channel.topic); err != nil {
+			return err
+		}
 	}
 	return nil
 }

@@ -107,6 +107,7 @@ func (s *session) trySet(ctx context.Context, set parameter) error {
 	return s.solved(ctx, set.Name)
 }
 
+// setParameter shows the revision that a parameter selects, if the server has it.
 func (s *session) setParameter(ctx context.Context, set parameter) error {
 	asked, err := selectionOf(set)
 	if err != nil {

@@ -16,7 +16,6 @@ var subprotocols = []string{"foxglove.websocket.v1", "foxglove.sdk.v1"}
 
 // Levels of a status.
 const (
-	levelInfo    = 0
 	levelWarning = 1
 	levelError   = 2
 )

@@ -100,6 +100,7 @@ func newClosing(code websocket.StatusCode, reason string) *closing {
 
 func (c *closing) Error() string { return c.reason }
 
+// run serves until the connection or ctx ends, or the map can't be shown any more.
 func (s *session) run(ctx context.Context) error {
 	err := s.send(ctx, serverInfo{
 		Op:           "serverInfo",
@@ -205,6 +206,7 @@ func (s *session) tellProblem(ctx context.Context, id string, err error) error {
 	return s.send(ctx, status{Op: "status", Level: levelError, Message: id + ": " + mapserver.Message(err), ID: id})
 }
 
+// solved takes back a problem that the client was told.
 func (s *session) solved(ctx context.Context, id string) error {
 	if !s.problems[id] {
 		return nil
