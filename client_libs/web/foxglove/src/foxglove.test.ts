@@ -81,6 +81,7 @@ interface Grid {
 interface Entity {
   id: string;
   lines: { type: number; points: Vector[]; color: { r: number; g: number; b: number } }[];
+  triangles: { indices: number[] }[];
   spheres: { pose: { position: Vector } }[];
   texts: { text: string }[];
 }
@@ -270,6 +271,7 @@ test.each(['objects', 'dock'])('the objects of %s are those of the server', asyn
     const outer = shape.shape.value.outer;
     const points = outer?.xs.map((x, at) => ({ x, y: outer.ys[at], z: 0 }));
     expect(entity?.lines[0]?.points).toEqual(points);
+    if (shape.shape.value.holes.length === 0) expect(entity?.triangles).toHaveLength(1);
     const { r = 0, g = 0, b = 0 } = entity?.lines[0]?.color ?? {};
     expect([r, g, b].map((part) => Math.round(255 * part))).toEqual(classColour(label, false));
   }

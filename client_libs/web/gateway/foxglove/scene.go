@@ -20,7 +20,7 @@ const (
 	textPixels      = 12
 	// bytesPerObject is about the size of an entity without its vertices.
 	bytesPerObject = 1024
-	bytesPerVertex = 48
+	bytesPerVertex = 128
 )
 
 // Values of foxglove.LinePrimitive.type.
@@ -40,20 +40,20 @@ type deletion struct {
 
 // entity is a foxglove.SceneEntity. The schema requires all its fields.
 type entity struct {
-	Timestamp   timestamp  `json:"timestamp"`
-	FrameID     string     `json:"frame_id"`
-	ID          string     `json:"id"`
-	Lifetime    timestamp  `json:"lifetime"`
-	FrameLocked bool       `json:"frame_locked"`
-	Metadata    []keyValue `json:"metadata"`
-	Arrows      []struct{} `json:"arrows"`
-	Cubes       []struct{} `json:"cubes"`
-	Spheres     []sphere   `json:"spheres"`
-	Cylinders   []struct{} `json:"cylinders"`
-	Lines       []line     `json:"lines"`
-	Triangles   []struct{} `json:"triangles"`
-	Texts       []text     `json:"texts"`
-	Models      []struct{} `json:"models"`
+	Timestamp   timestamp      `json:"timestamp"`
+	FrameID     string         `json:"frame_id"`
+	ID          string         `json:"id"`
+	Lifetime    timestamp      `json:"lifetime"`
+	FrameLocked bool           `json:"frame_locked"`
+	Metadata    []keyValue     `json:"metadata"`
+	Arrows      []struct{}     `json:"arrows"`
+	Cubes       []struct{}     `json:"cubes"`
+	Spheres     []sphere       `json:"spheres"`
+	Cylinders   []struct{}     `json:"cylinders"`
+	Lines       []line         `json:"lines"`
+	Triangles   []triangleList `json:"triangles"`
+	Texts       []text         `json:"texts"`
+	Models      []struct{}     `json:"models"`
 }
 
 type keyValue struct {
@@ -76,6 +76,14 @@ type line struct {
 	Color          colour    `json:"color"`
 	Colors         []colour  `json:"colors"`
 	Indices        []uint32  `json:"indices"`
+}
+
+type triangleList struct {
+	Pose    pose      `json:"pose"`
+	Points  []vector3 `json:"points"`
+	Color   colour    `json:"color"`
+	Colors  []colour  `json:"colors"`
+	Indices []uint32  `json:"indices"`
 }
 
 type text struct {
@@ -141,7 +149,7 @@ func newEntity(object *pb.Object, frame string, now time.Time) *entity {
 		Spheres:     []sphere{},
 		Cylinders:   []struct{}{},
 		Lines:       []line{},
-		Triangles:   []struct{}{},
+		Triangles:   []triangleList{},
 		Texts:       []text{},
 		Models:      []struct{}{},
 	}
@@ -151,6 +159,7 @@ func newEntity(object *pb.Object, frame string, now time.Time) *entity {
 	}
 	painted := classColour(object.GetLabel())
 	// As in the dashboard, objects are the fainter the less likely they are.
+	made.addFill(object.GetShape().GetPolygon(), painted.faded(0.15+0.5*object.GetExistence()).colour())
 	made.addShape(object.GetShape(), painted.faded(0.3+0.7*object.GetExistence()).colour())
 	made.addText(object.GetCentroid(), object.GetLabel(), painted.colour())
 	return made
@@ -166,6 +175,17 @@ func (e *entity) addShape(shape *pb.Shape, painted colour) {
 		e.addLine(lineStrip, pointsOf(shape.LineString.GetXs(), shape.LineString.GetYs()), painted)
 	case *pb.Shape_Point:
 		e.addSphere(shape.Point, pointSize_m, painted)
+	}
+}
+
+// addFill fills a polygon that has no holes.
+func (e *entity) addFill(polygon *pb.Polygon, painted colour) {
+	if polygon == nil || len(polygon.GetHoles()) > 0 {
+		return
+	}
+	points := pointsOf(polygon.GetOuter().GetXs(), polygon.GetOuter().GetYs())
+	if indices := triangulate(points); indices != nil {
+		e.Triangles = append(e.Triangles, triangleList{identity, points, painted, []colour{}, indices})
 	}
 }
 
