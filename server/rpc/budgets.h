@@ -34,7 +34,7 @@ struct Budgets {
   const int64_t max_message_bytes;
   // Files of imports and backups on disk: --max_scratch_bytes.
   admission::Budget scratch_bytes;
-  // Watch and Replicate rpcs under way: --max_watchers.
+  // Watch, Replicate and WatchRobots rpcs under way: --max_watchers.
   admission::Budget watchers;
   // Memory of the explorations of all maps: --max_exploration_bytes.
   admission::Budget exploration_bytes;

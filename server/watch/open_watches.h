@@ -11,7 +11,7 @@ namespace hypermap::server {
 
 class WatchCall;
 
-// The registry of all Watch and Replicate rpcs that are under way. Thread safe.
+// The registry of all Watch, Replicate and WatchRobots rpcs that are under way. Thread safe.
 class OpenWatches {
  public:
   OpenWatches() = default;

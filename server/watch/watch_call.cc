@@ -77,10 +77,10 @@ void WatchCall::TakeTurn() {
   const SteadyTime end_of_turn = now + shared_->tuning.turn;
   for (; now < end_of_turn; now = SteadyTime::Now()) {
     grpc::Slice message;
-    const absl::StatusOr<WatchSource::Step> step = TakeStep(now, &message);
+    const absl::StatusOr<LiveSource::Step> step = TakeStep(now, &message);
     if (!step.ok()) return End(step.status());
-    if (*step == WatchSource::Step::kNothingNew) return WaitForCommits(now);
-    if (*step == WatchSource::Step::kMessage) return Write(message);
+    if (*step == LiveSource::Step::kNothingNew) return WaitForNews(now);
+    if (*step == LiveSource::Step::kMessage) return Write(message);
   }
   RunOnWorker();
 }
@@ -104,18 +104,18 @@ void WatchCall::Write(const grpc::Slice& message) {
   StartWrite(&message_);
 }
 
-absl::StatusOr<WatchSource::Step> WatchCall::TakeStep(SteadyTime now, grpc::Slice* message) {
+absl::StatusOr<LiveSource::Step> WatchCall::TakeStep(SteadyTime now, grpc::Slice* message) {
   Cancellation cancellation([this] { return context_.CheckWanted(); });
   const ScopedCancellation here(&cancellation);
   const ScopedMeter metered(&meter_);
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-  absl::StatusOr<WatchSource::Step> step = MakeStep(now, message);
+  absl::StatusOr<LiveSource::Step> step = MakeStep(now, message);
   // Work that was given up has no result.
   HYPERMAP_RETURN_IF_ERROR(cancellation.status());
   return step;
 }
 
-absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(SteadyTime now, grpc::Slice* message) {
+absl::StatusOr<LiveSource::Step> WatchCall::MakeStep(SteadyTime now, grpc::Slice* message) {
   if (!admitted_.ok()) return admitted_;
   if (open_source_) {
     OpenSource open_source = std::exchange(open_source_, nullptr);
@@ -131,11 +131,10 @@ absl::StatusOr<WatchSource::Step> WatchCall::MakeStep(SteadyTime now, grpc::Slic
   return source_->Next(now, message);
 }
 
-void WatchCall::WaitForCommits(SteadyTime now) {
+void WatchCall::WaitForNews(SteadyTime now) {
   const std::shared_ptr<WakeHandle> wake_handle = wake_handle_;
-  const auto wake = [wake_handle] { wake_handle->Wake(); };
-  feed_wait_ = source_->feed().Await(source_->taken(), wake);
-  timer_ = shared_->timers.RunAfter(source_->idle_for(now), wake);
+  source_->BeginWait(wake_handle);
+  timer_ = shared_->timers.RunAfter(source_->idle_for(now), [wake_handle] { wake_handle->Wake(); });
   wake_handle->BeginWait();
 }
 
@@ -148,7 +147,7 @@ void WatchCall::WaitForTick() {
 }
 
 void WatchCall::ForgetWait() {
-  if (feed_wait_) source_->feed().Remove(*std::exchange(feed_wait_, std::nullopt));
+  if (source_) source_->EndWait();
   if (timer_) shared_->timers.Cancel(*std::exchange(timer_, std::nullopt));
 }
 

@@ -1,4 +1,4 @@
-// One Watch or Replicate rpc, from its start to its end.
+// One Watch, Replicate or WatchRobots rpc, from its start to its end.
 #ifndef HYPERMAP_SERVER_WATCH_WATCH_CALL_H_
 #define HYPERMAP_SERVER_WATCH_WATCH_CALL_H_
 
@@ -19,6 +19,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "base/metering/memory_meter.h"
+#include "base/status/status_macros.h"
 #include "base/sync/cancel_scope.h"
 #include "base/sync/mutex.h"
 #include "base/sync/steady_time.h"
@@ -26,19 +27,20 @@
 #include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
+#include "server/rpc/raw_messages.h"
 #include "server/rpc/timer_queue.h"
 #include "server/rpc/worker_pool.h"
+#include "server/watch/live_source.h"
 #include "server/watch/open_watches.h"
 #include "server/watch/tick_queue.h"
 #include "server/watch/wake_handle.h"
-#include "server/watch/watch_source.h"
 #include "server/watch/watch_tuning.h"
 
 namespace hypermap::server {
 
-// Writes the messages of a WatchSource, one at a time: the next when gRPC has taken the last. When
-// there is nothing new, the call waits for the map's feed, a timer or the end of the rpc, and holds
-// no thread. A call that may coalesce and has reached the newest revision waits for a tick of a
+// Writes the messages of a LiveSource, one at a time: the next when gRPC has taken the last. When
+// there is nothing new, the call waits for its source, a timer or the end of the rpc, and holds
+// no thread. A call that may coalesce and has reached the newest state waits for a tick of a
 // clock that all calls share, so that the watches of a group reach the same commit at the same time
 // and write the same bytes.
 //
@@ -66,7 +68,7 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   using ChargeRequest = absl::FunctionRef<absl::Status(CallTicket&)>;
   // Charges the rest, parses the request, enters its map, and opens the source.
   using OpenSource =
-      absl::AnyInvocable<absl::StatusOr<std::unique_ptr<WatchSource>>(CallContext&) &&>;
+      absl::AnyInvocable<absl::StatusOr<std::unique_ptr<LiveSource>>(CallContext&) &&>;
 
   // `charge_request` is called by the constructor if there is room for another call, and
   // `open_source` later, once, on a worker; it frees what the request holds. The error of either
@@ -99,12 +101,12 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // enough for gRPC's threads.
   void TakeShortTurn();
   // Gives up the step when the caller has gone.
-  absl::StatusOr<WatchSource::Step> TakeStep(SteadyTime now, grpc::Slice* message);
-  absl::StatusOr<WatchSource::Step> MakeStep(SteadyTime now, grpc::Slice* message);
+  absl::StatusOr<LiveSource::Step> TakeStep(SteadyTime now, grpc::Slice* message);
+  absl::StatusOr<LiveSource::Step> MakeStep(SteadyTime now, grpc::Slice* message);
   void Write(const grpc::Slice& message);
-  void WaitForCommits(SteadyTime now);
+  void WaitForNews(SteadyTime now);
   void WaitForTick();
-  // Removes the callbacks that the last wait left in the feed and the timers.
+  // Removes the callbacks that the last wait left in the source and the timers.
   void ForgetWait();
   void End(const absl::Status& status);
 
@@ -118,14 +120,36 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // Used by the owner of the call only.
   OpenSource open_source_;                 // null once it was called
   MemoryMeter meter_{&context_.ticket()};  // of the past commits that source_ holds
-  std::unique_ptr<WatchSource> source_;    // null until the first turn
+  std::unique_ptr<LiveSource> source_;     // null until the first turn
   grpc::ByteBuffer message_;
-  std::optional<ChangeFeed::WaitId> feed_wait_;
   std::optional<TimerQueue::Id> timer_;
 
   Mutex write_mutex_;
   bool writing_ ABSL_GUARDED_BY(write_mutex_) = false;
 };
+
+// Begins an rpc that owns itself. The request is refused if it is not `acceptable`; otherwise
+// `open(request)` makes its source, on a worker, or returns the error with which the rpc ends.
+template <typename Request, typename Open>
+WatchCall* BeginWatchCall(grpc::CallbackServerContext* context, Rpc rpc,
+                          const grpc::ByteBuffer& bytes, const absl::Status& acceptable, Open open,
+                          WatchCall::Shared* shared) {
+  const auto charge_request = [&](CallTicket& ticket) -> absl::Status {
+    ticket.Received(bytes);
+    HYPERMAP_RETURN_IF_ERROR(acceptable);
+    return ticket.ChargeArrival(Request::default_instance(), bytes);
+  };
+  // gRPC keeps the bytes until OnDone.
+  const auto open_source =
+      [&bytes, open](CallContext& call) -> absl::StatusOr<std::unique_ptr<LiveSource>> {
+    Request request;
+    HYPERMAP_RETURN_IF_ERROR(call.ticket().ChargeRest(request, bytes));
+    HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes, &request));
+    HYPERMAP_RETURN_IF_ERROR(call.EnterMap(MapOf(request)));
+    return open(request);
+  };
+  return new WatchCall(context, rpc, charge_request, open_source, shared);
+}
 
 }  // namespace hypermap::server
 

@@ -13,6 +13,7 @@
 #include "server/rpc/streamed_answer.h"
 #include "server/rpc/unary_call.h"
 #include "server/watch/difference_source.h"
+#include "server/watch/watch_source.h"
 #include "wire/catalog.h"
 
 namespace hypermap::server {
@@ -25,21 +26,12 @@ constexpr int kDefaultPageSize = 1000;
 template <typename Request>
 WatchCall* WatchService::BeginWatch(grpc::CallbackServerContext* context, Rpc rpc,
                                     const grpc::ByteBuffer& bytes) {
-  const auto charge_request = [&](CallTicket& ticket) -> absl::Status {
-    ticket.Received(bytes);
-    HYPERMAP_RETURN_IF_ERROR(CheckQuestionSize(bytes, facilities_.limits));
-    return ticket.ChargeArrival(Request::default_instance(), bytes);
-  };
-  // gRPC keeps the bytes until OnDone.
-  const auto open_source =
-      [this, &bytes](CallContext& call) -> absl::StatusOr<std::unique_ptr<WatchSource>> {
-    Request request;
-    HYPERMAP_RETURN_IF_ERROR(call.ticket().ChargeRest(request, bytes));
-    HYPERMAP_RETURN_IF_ERROR(ParseRequest(bytes, &request));
-    HYPERMAP_RETURN_IF_ERROR(call.EnterMap(MapOf(request)));
-    return WatchSource::Open(facilities_, shared_.tuning, &groups_, request);
-  };
-  return new WatchCall(context, rpc, charge_request, open_source, &shared_);
+  return BeginWatchCall<Request>(
+      context, rpc, bytes, CheckQuestionSize(bytes, facilities_.limits),
+      [this](const Request& request) {
+        return WatchSource::Open(facilities_, shared_.tuning, &groups_, request);
+      },
+      &shared_);
 }
 
 grpc::ServerWriteReactor<grpc::ByteBuffer>* WatchService::Watch(

@@ -44,6 +44,9 @@ class WatchService : public v1::WatchService::WithRawCallbackMethod_Watch<
   // Ends the watches whose callers are not known any more. To be called every second.
   void EndUnwanted();
 
+  // The state of all watches, which those of other services share.
+  WatchCall::Shared* shared() { return &shared_; }
+
  private:
   // Begins a Watch or Replicate rpc, which owns itself.
   template <typename Request>

@@ -277,6 +277,14 @@ absl::Duration WatchSource::idle_for(SteadyTime now) const {
   return std::max(ProgressDue() - now, absl::ZeroDuration());
 }
 
+void WatchSource::BeginWait(const std::shared_ptr<WakeHandle>& wake_handle) {
+  feed_wait_ = feed().Await(taken_, [wake_handle] { wake_handle->Wake(); });
+}
+
+void WatchSource::EndWait() {
+  if (feed_wait_) feed().Remove(*std::exchange(feed_wait_, std::nullopt));
+}
+
 absl::StatusOr<WatchSource::Step> WatchSource::TellProgress(SteadyTime now, grpc::Slice* message) {
   told_ = taken_;
   last_message_ = now;

@@ -20,6 +20,8 @@
 #include "map/watch/follower.h"
 #include "server/rpc/facilities.h"
 #include "server/session/map_session.h"
+#include "server/watch/live_source.h"
+#include "server/watch/wake_handle.h"
 #include "server/watch/watch_group.h"
 #include "server/watch/watch_messages.h"
 #include "server/watch/watch_tuning.h"
@@ -32,11 +34,9 @@ namespace hypermap::server {
 // map's structure or take several messages, and old commits, which it reads from the map's history
 // because the feed no longer has them. Between calls it holds a cursor (a revision), the unsent
 // changes of one revision and a bounded number of commits, so that memory does not grow with the
-// slowness of a reader. Not thread safe; may be handed from thread to thread.
-class WatchSource {
+// slowness of a reader.
+class WatchSource final : public LiveSource {
  public:
-  enum class Step { kMessage, kNothingYet, kNothingNew };
-
   // `tuning` and `groups` must outlive the source. Errors are those of the rpc.
   static absl::StatusOr<std::unique_ptr<WatchSource>> Open(const Facilities& facilities,
                                                            const WatchTuning& tuning,
@@ -52,33 +52,37 @@ class WatchSource {
   // idle_for(now) has passed. UNAVAILABLE if the feed is closed, OUT_OF_RANGE if the next commits
   // are no longer kept, RESOURCE_EXHAUSTED if the reader fell too far behind; all name the revision
   // to resume from.
-  absl::StatusOr<Step> Next(SteadyTime now, grpc::Slice* message);
+  absl::StatusOr<Step> Next(SteadyTime now, grpc::Slice* message) override;
 
   // Makes the next message if the group can provide it, and returns whether it did. Reads no
   // history, waits for nothing but the group's lock, and takes little more than
   // WatchTuning::max_encoding, so that any thread may call it.
-  bool TakeShared(SteadyTime now, grpc::Slice* message);
+  bool TakeShared(SteadyTime now, grpc::Slice* message) override;
 
   // Returns whether the next message should wait for a tick, so that it contains several commits:
   // the watch may coalesce, and its last message reached the newest revision.
-  bool gathers() const { return gathers_; }
+  bool gathers() const override { return gathers_; }
   // Returns whether the watch has so many changes per second that it should wait for the longer
   // tick.
-  bool is_busy() const { return changes_per_s_ > tuning_.busy_changes_per_s; }
+  bool is_busy() const override { return changes_per_s_ > tuning_.busy_changes_per_s; }
+
+  // Waits for a commit after taken().
+  void BeginWait(const std::shared_ptr<WakeHandle>& wake_handle) override;
+  void EndWait() override;
 
   ChangeFeed& feed() const { return session_->feed(); }
   // The cursor: the last revision that the source has read.
   Revision taken() const { return taken_; }
-  // Time until the next message is due if no commit comes; not negative.
-  absl::Duration idle_for(SteadyTime now) const;
-  // Number of changes in all messages so far.
-  int64_t items() const { return items_; }
-  // Bytes of memory that the source takes at most for its filter, whatever the map: an estimate.
-  int64_t memory() const { return memory_; }
+  absl::Duration idle_for(SteadyTime now) const override;
+  // Number of changes.
+  int64_t items() const override { return items_; }
+  int64_t memory() const override { return memory_; }
   // Returns whether the source holds changes that were read but not sent. They were charged to the
   // MemoryMeter of the Next that read them, except those of a feed's commit that fits into one
   // message; these are charged when the feed drops the commit.
-  bool holds_commits() const { return !commits_.empty() || !telling_.empty() || commit_parts_; }
+  bool holds_commits() const override {
+    return !commits_.empty() || !telling_.empty() || commit_parts_;
+  }
 
  private:
   // The parameters of a request. The replicas' rpc is the one with Frames::kAsStored.
@@ -159,6 +163,7 @@ class WatchSource {
   SteadyTime last_message_ = SteadyTime::InfinitePast();
   SteadyTime last_progress_ = SteadyTime::InfinitePast();
   int64_t items_ = 0;
+  std::optional<ChangeFeed::WaitId> feed_wait_;
 };
 
 }  // namespace hypermap::server
