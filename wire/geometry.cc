@@ -106,6 +106,21 @@ void EncodeShape(const Shape& shape, v1::Shape* message) {
   }
 }
 
+void EncodeCovariance(const Eigen::Matrix3d& covariance,
+                      google::protobuf::RepeatedField<double>* numbers) {
+  for (int row = 0; row < 3; ++row) {
+    for (int col = 0; col < 3; ++col) numbers->Add(covariance(row, col));
+  }
+}
+
+absl::StatusOr<std::optional<Eigen::Matrix3d>> DecodeCovariance(
+    absl::string_view field, const google::protobuf::RepeatedField<double>& numbers) {
+  if (numbers.empty()) return std::nullopt;
+  if (numbers.size() != 9) return InvalidField(field, "must have 9 numbers or none");
+  return Eigen::Matrix3d(
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(numbers.data()));
+}
+
 void EncodePose(const PlanarTransform& pose, v1::Pose* message) {
   message->set_x(pose.x());
   message->set_y(pose.y());

@@ -8,9 +8,12 @@
 #ifndef HYPERMAP_WIRE_GEOMETRY_H_
 #define HYPERMAP_WIRE_GEOMETRY_H_
 
+#include <optional>
+
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "base/limits/limits.h"
+#include "google/protobuf/repeated_field.h"
 #include "hypermap/v1/geometry.pb.h"
 #include "map/frames/frame_tree.h"
 #include "map/frames/planar_transform.h"
@@ -24,6 +27,13 @@ void EncodePolygon(const Polygon& polygon, v1::Polygon* message);
 void EncodeShape(const Shape& shape, v1::Shape* message);
 void EncodePose(const PlanarTransform& pose, v1::Pose* message);
 void EncodeTransform(const FrameTransform& transform, v1::Transform* message);
+
+// Adds the nine numbers of a covariance of (x, y, yaw), row-major.
+void EncodeCovariance(const Eigen::Matrix3d& covariance,
+                      google::protobuf::RepeatedField<double>* numbers);
+// nullopt if there are no numbers. INVALID_ARGUMENT if there are others than nine.
+absl::StatusOr<std::optional<Eigen::Matrix3d>> DecodeCovariance(
+    absl::string_view field, const google::protobuf::RepeatedField<double>& numbers);
 
 // INVALID_ARGUMENT for coordinates that are not finite.
 absl::StatusOr<Point> DecodePoint(absl::string_view field, const v1::Point& message);

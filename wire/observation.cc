@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -143,9 +144,8 @@ void EncodeSensorPose(const SensorPose& pose, v1::SensorPose* message) {
     }
     message->add_translation(pose.frame_from_camera.translation()(row));
   }
-  if (pose.covariance.isZero(0.0)) return;
-  for (int row = 0; row < 3; ++row) {
-    for (int col = 0; col < 3; ++col) message->add_covariance(pose.covariance(row, col));
+  if (!pose.covariance.isZero(0.0)) {
+    EncodeCovariance(pose.covariance, message->mutable_covariance());
   }
 }
 
@@ -155,16 +155,13 @@ absl::StatusOr<SensorPose> DecodeSensorPose(const std::string& field,
   if (message.translation_size() != 3) {
     return InvalidField(field + ".translation", "must have 3 numbers");
   }
-  if (message.covariance_size() != 0 && message.covariance_size() != 9) {
-    return InvalidField(field + ".covariance", "must have 9 numbers or none");
-  }
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Eigen::Matrix3d> covariance,
+                            DecodeCovariance(field + ".covariance", message.covariance()));
   SensorPose pose;
+  if (covariance) pose.covariance = *covariance;
   for (int row = 0; row < 3; ++row) {
     for (int col = 0; col < 3; ++col) {
       pose.frame_from_camera.linear()(row, col) = message.rotation(3 * row + col);
-      if (message.covariance_size() != 0) {
-        pose.covariance(row, col) = message.covariance(3 * row + col);
-      }
     }
     pose.frame_from_camera.translation()(row) = message.translation(row);
   }

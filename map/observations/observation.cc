@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "map/frames/pose_covariance.h"
 #include "map/geometry/coordinates.h"
 
 namespace hypermap {
@@ -108,8 +109,7 @@ absl::Status ValidatePose(const SensorPose& pose) {
   if (!(r * r.transpose()).isApprox(Eigen::Matrix3d::Identity(), 1e-6) || r.determinant() < 0.0) {
     return Invalid("pose", "has no rotation");
   }
-  if (!pose.covariance.allFinite() || (pose.covariance.diagonal().array() < 0.0).any() ||
-      !pose.covariance.isApprox(pose.covariance.transpose(), 1e-9)) {
+  if (!IsPoseCovariance(pose.covariance)) {
     return Invalid("pose.covariance", "must be finite, symmetric and not negative");
   }
   return absl::OkStatus();
@@ -156,9 +156,7 @@ Observation Transformed(const Observation& observation, const PlanarTransform& t
   const Eigen::AngleAxisd turn(target_from_source.yaw(), Eigen::Vector3d::UnitZ());
   spatial.rotate(turn);
   moved.pose.frame_from_camera = spatial * observation.pose.frame_from_camera;
-  const Eigen::Matrix3d r = turn.toRotationMatrix();
-  const Eigen::Matrix3d covariance = r * observation.pose.covariance * r.transpose();
-  moved.pose.covariance = 0.5 * (covariance + covariance.transpose());
+  moved.pose.covariance = TransformedCovariance(observation.pose.covariance, target_from_source);
   moved.view_hull = target_from_source * observation.view_hull;
   moved.free_space = target_from_source * observation.free_space;
   for (Detection& detection : moved.detections) {
