@@ -71,6 +71,9 @@
   FLAG(max_watch_lag, 1, "A watch that falls behind by more revisions than this is closed")      \
   FLAG(watch_progress, absl::Milliseconds(1),                                                    \
        "Longest time between two messages of a watch; progress is sent if there is no change")   \
+  FLAG(max_robots, 1, "Limit of the robots of a map that report where they are")                 \
+  FLAG(robot_online_seconds, 1, "Seconds without a report after which a robot is offline")       \
+  FLAG(robot_memory_seconds, 1, "Seconds without a report after which a robot is forgotten")     \
   FLAG(history_revisions, 0, "Past revisions of a map that are kept")                            \
   FLAG(history_age, absl::ZeroDuration(), "Time for which past revisions of a map are kept")     \
   FLAG(observation_age, absl::ZeroDuration(),                                                    \
@@ -111,6 +114,9 @@ absl::Status CheckLimitFlags() {
 #undef HYPERMAP_CHECK_FLAG
   if (absl::GetFlag(FLAGS_observation_age) < absl::GetFlag(FLAGS_max_lateness)) {
     return TooSmall("observation_age", "not be shorter than --max_lateness");
+  }
+  if (absl::GetFlag(FLAGS_robot_memory_seconds) < absl::GetFlag(FLAGS_robot_online_seconds)) {
+    return TooSmall("robot_memory_seconds", "not be less than --robot_online_seconds");
   }
   return absl::OkStatus();
 }

@@ -51,6 +51,8 @@ TEST(LimitFlagsTest, ValueThatIsTooSmallIsRefusedByName) {
       {"history_revisions", "-1", "--history_revisions must not be negative"},
       {"max_lateness", "-1s", "--max_lateness must not be negative"},
       {"watch_progress", "0", "--watch_progress must be at least 1ms"},
+      {"robot_memory_seconds", "9",
+       "--robot_memory_seconds must not be less than --robot_online_seconds"},
       {"observation_age", "9m", "--observation_age must not be shorter than --max_lateness"},
   };
   for (const auto& c : cases) {

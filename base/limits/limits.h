@@ -114,6 +114,15 @@ struct Limits {
   // Longest time between two messages of a watch; progress is sent if there is no change.
   absl::Duration watch_progress = absl::Seconds(10);
 
+  // Robots that report where they are.
+
+  // Robots of a map that the server knows. One that is offline gives way to another that reports.
+  int max_robots = 1'000;
+  // A robot is offline when no report has come from it for so many seconds.
+  int robot_online_seconds = 10;
+  // It is forgotten when no report has come for so many seconds.
+  int robot_memory_seconds = 3'600;
+
   // History. Older revisions are removed.
 
   // Revisions before a map's newest that are kept.
@@ -145,6 +154,12 @@ struct FixedLimits {
 
   // Bytes of a robot's name; INVALID_ARGUMENT beyond.
   static constexpr size_t kMaxRobotLength = 128;
+  // Bytes of the state that a robot reports; INVALID_ARGUMENT beyond.
+  static constexpr size_t kMaxRobotStateLength = 256;
+  // Free fields of a report; INVALID_ARGUMENT beyond.
+  static constexpr size_t kMaxReportFields = 32;
+  // Bytes of the names and values of these fields together; INVALID_ARGUMENT beyond.
+  static constexpr size_t kMaxReportFieldBytes = 4'096;
   // Robots that explore an area together; RESOURCE_EXHAUSTED beyond.
   static constexpr size_t kMaxRobots = 256;
   // Explorations of a map that have not ended; RESOURCE_EXHAUSTED beyond.

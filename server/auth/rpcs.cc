@@ -13,6 +13,7 @@ constexpr char kEditService[] = "hypermap.v1.EditService";
 constexpr char kExplorationService[] = "hypermap.v1.ExplorationService";
 constexpr char kIngestService[] = "hypermap.v1.IngestService";
 constexpr char kQueryService[] = "hypermap.v1.QueryService";
+constexpr char kRobotService[] = "hypermap.v1.RobotService";
 constexpr char kWatchService[] = "hypermap.v1.WatchService";
 
 constexpr RpcInfo kRpcs[] = {
@@ -55,6 +56,9 @@ constexpr RpcInfo kRpcs[] = {
     {Rpc::kQueryPoint, kQueryService, "QueryPoint", Role::kReader},
     {Rpc::kQueryPoints, kQueryService, "QueryPoints", Role::kReader},
     {Rpc::kQueryValue, kQueryService, "QueryValue", Role::kReader},
+    {Rpc::kListRobots, kRobotService, "ListRobots", Role::kReader},
+    {Rpc::kReport, kRobotService, "Report", Role::kRobot},
+    {Rpc::kWatchRobots, kRobotService, "WatchRobots", Role::kReader},
     {Rpc::kListChanges, kWatchService, "ListChanges", Role::kReader},
     {Rpc::kListRevisions, kWatchService, "ListRevisions", Role::kReader},
     {Rpc::kReplicate, kWatchService, "Replicate", Role::kReader},

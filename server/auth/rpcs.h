@@ -51,6 +51,10 @@ enum class Rpc {
   kQueryPoint,
   kQueryPoints,
   kQueryValue,
+  // hypermap.v1.RobotService
+  kListRobots,
+  kReport,
+  kWatchRobots,
   // hypermap.v1.WatchService
   kListChanges,
   kListRevisions,

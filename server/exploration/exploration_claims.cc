@@ -1,15 +1,14 @@
 // The calls of MapExplorations that concern goals: Claim, Renew and Release.
-#include <algorithm>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
+#include "map/robots/robot_report.h"
 #include "server/exploration/map_explorations.h"
 #include "server/session/map_session.h"
 
@@ -22,17 +21,6 @@ constexpr size_t kMaxEdits = 1'000;
 
 absl::Status NotHeld(const std::string& robot, ObjectId goal_id) {
   return absl::NotFoundError(absl::StrCat("robot \"", robot, "\" does not hold goal ", goal_id));
-}
-
-absl::Status CheckRobot(const std::string& robot) {
-  if (robot.empty() || robot.size() > FixedLimits::kMaxRobotLength) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("robot must have 1 to ", FixedLimits::kMaxRobotLength, " bytes"));
-  }
-  if (std::any_of(robot.begin(), robot.end(), absl::ascii_iscntrl)) {
-    return absl::InvalidArgumentError("robot has control characters");
-  }
-  return absl::OkStatus();
 }
 
 absl::Status CheckLease(absl::Duration lease) {
@@ -72,7 +60,7 @@ absl::StatusOr<MapExplorations::Kept> MapExplorations::ReadGoal(const std::strin
 }
 
 absl::StatusOr<ClaimAnswer> MapExplorations::Claim(const GoalClaim& request) {
-  HYPERMAP_RETURN_IF_ERROR(CheckRobot(request.robot));
+  HYPERMAP_RETURN_IF_ERROR(CheckRobotName(request.robot));
   HYPERMAP_RETURN_IF_ERROR(CheckLease(request.lease));
   MutexLock lock(&mutex_);
   return Retried([&] {
@@ -172,7 +160,7 @@ ExplorationGoal MapExplorations::AsPut(ExplorationGoal goal, ObjectId id,
 }
 
 absl::StatusOr<GoalAnswer> MapExplorations::Renew(const GoalRenewal& request) {
-  HYPERMAP_RETURN_IF_ERROR(CheckRobot(request.robot));
+  HYPERMAP_RETURN_IF_ERROR(CheckRobotName(request.robot));
   HYPERMAP_RETURN_IF_ERROR(CheckLease(request.lease));
   MutexLock lock(&mutex_);
   return Retried([&] {
@@ -195,7 +183,7 @@ absl::StatusOr<GoalAnswer> MapExplorations::TryRenew(const GoalRenewal& request)
 }
 
 absl::StatusOr<ExplorationAnswer> MapExplorations::Release(const GoalRelease& request) {
-  HYPERMAP_RETURN_IF_ERROR(CheckRobot(request.robot));
+  HYPERMAP_RETURN_IF_ERROR(CheckRobotName(request.robot));
   MutexLock lock(&mutex_);
   return Retried([&] {
     mutex_.AssertHeld();

@@ -88,6 +88,8 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
   Family observations("hypermap_map_observations_total",
                       "Observations that were answered since the map was opened, by outcome.",
                       MetricType::Counter);
+  Family robots("hypermap_map_robots", "Robots of the map that report where they are.",
+                MetricType::Gauge);
   for (const Site::Entry& entry : site.List()) {
     const Labels labels = {{"map", entry.name}};
     const MapState state = entry.condition().state;
@@ -103,6 +105,9 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
     content.Add(labels, static_cast<double>(ContentBytes(*snapshot)));
     layers.Add(labels, static_cast<double>(snapshot->layers.size()));
     feed.Add(labels, static_cast<double>(entry.session->feed().bytes()));
+    const MapRobots::Count known = entry.session->robots().count();
+    robots.Add({{"map", entry.name}, {"state", "online"}}, static_cast<double>(known.online));
+    robots.Add({{"map", entry.name}, {"state", "offline"}}, static_cast<double>(known.offline));
     const QueueLoad::Size queue = session.queue_size();
     waiting.Add(labels, static_cast<double>(queue.submissions));
     waiting_bytes.Add(labels, static_cast<double>(queue.bytes));
@@ -122,7 +127,7 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
   }
   for (Family* family :
        {&works, &states, &revision, &content, &layers, &feed, &waiting, &waiting_bytes, &commits,
-        &changes, &failures, &groups, &lags, &observations}) {
+        &changes, &failures, &groups, &lags, &observations, &robots}) {
     out.push_back(std::move(*family));
   }
 }
@@ -133,7 +138,8 @@ void AddBudgets(const Budgets& budgets, const Limits& limits, std::vector<Metric
         std::move(Family(name, help, MetricType::Gauge).Add({}, static_cast<double>(value))));
   };
   gauge("hypermap_calls", "Calls under way.", budgets.calls.used());
-  gauge("hypermap_watchers", "Watch and Replicate calls under way.", budgets.watchers.used());
+  gauge("hypermap_watchers", "Watches and replicas under way, of maps and of robots.",
+        budgets.watchers.used());
   gauge("hypermap_request_bytes", "Memory of large requests and answers.",
         budgets.request_bytes.used());
   gauge("hypermap_scratch_bytes", "Bytes on disk of imports and backups under way.",

@@ -41,7 +41,7 @@ std::vector<std::string> OwnServices() {
   return {v1::AccessService::service_full_name(), v1::CatalogService::service_full_name(),
           v1::QueryService::service_full_name(),  v1::EditService::service_full_name(),
           v1::IngestService::service_full_name(), v1::ExplorationService::service_full_name(),
-          v1::WatchService::service_full_name()};
+          v1::RobotService::service_full_name(),  v1::WatchService::service_full_name()};
 }
 
 std::vector<std::string> DescribedServices() {
@@ -104,6 +104,7 @@ GrpcServer::GrpcServer(const Facilities& facilities)
       ingest_(facilities),
       exploration_(facilities),
       watch_(facilities),
+      robots_(facilities, watch_.shared()),
       health_(AdmitBy(facilities, Rpc::kHealth)),
       reflection_(DescribedServices(), AdmitBy(facilities, Rpc::kServerReflectionInfo)),
       site_(facilities.site),
@@ -136,6 +137,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.RegisterService(&made->ingest_);
   builder.RegisterService(&made->exploration_);
   builder.RegisterService(&made->watch_);
+  builder.RegisterService(&made->robots_);
   made->health_.RegisterWith(&builder);
   made->reflection_.RegisterWith(&builder);
   made->server_ = builder.BuildAndStart();

@@ -24,6 +24,7 @@
 #include "server/services/exploration_service.h"
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
+#include "server/services/robot_service.h"
 #include "server/watch/watch_service.h"
 #include "wire/health/health_service.h"
 #include "wire/reflection/reflection_service.h"
@@ -97,6 +98,7 @@ class GrpcServer {
   IngestService ingest_;
   ExplorationService exploration_;
   WatchService watch_;
+  RobotService robots_;
   health::HealthService health_;
   reflection::ReflectionService reflection_;
   std::set<std::string> maps_with_health_;  // names for the health service; used by TellHealth only

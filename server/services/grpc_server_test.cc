@@ -47,9 +47,10 @@ class NoMaps {
 
 TEST(GrpcServer, HealthOfTheServerAndOfEachServiceIsServing) {
   TestServer server;
-  for (const char* service : {"", "hypermap.v1.CatalogService", "hypermap.v1.QueryService",
-                              "hypermap.v1.EditService", "hypermap.v1.ExplorationService",
-                              GrpcServer::kAdmissionService, GrpcServer::kClockService}) {
+  for (const char* service :
+       {"", "hypermap.v1.CatalogService", "hypermap.v1.QueryService", "hypermap.v1.EditService",
+        "hypermap.v1.ExplorationService", "hypermap.v1.RobotService", GrpcServer::kAdmissionService,
+        GrpcServer::kClockService}) {
     SCOPED_TRACE(service);
     EXPECT_EQ(HealthOf(server, service), grpc::health::v1::HealthCheckResponse::SERVING);
   }

@@ -18,6 +18,7 @@
 #include "hypermap/v1/exploration_service.pb.h"
 #include "hypermap/v1/ingest_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
+#include "hypermap/v1/robot_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 #include "server/services/testing/held_pool.h"
 #include "server/services/testing/test_server.h"
@@ -39,7 +40,8 @@ std::vector<std::string> AllRpcs() {
   for (const google::protobuf::FileDescriptor* file :
        {v1::CreateMapRequest::descriptor()->file(), v1::ApplyEditsRequest::descriptor()->file(),
         v1::ClaimGoalRequest::descriptor()->file(), v1::ObserveRequest::descriptor()->file(),
-        v1::QueryPointRequest::descriptor()->file(), v1::WatchRequest::descriptor()->file()}) {
+        v1::QueryPointRequest::descriptor()->file(), v1::ReportRequest::descriptor()->file(),
+        v1::WatchRequest::descriptor()->file()}) {
     for (int i = 0; i < file->service_count(); ++i) {
       const google::protobuf::ServiceDescriptor& service = *file->service(i);
       for (int j = 0; j < service.method_count(); ++j) {

@@ -98,7 +98,8 @@ MapSession::MapSession(std::unique_ptr<storage::StoredMap> stored, const Snapsho
       content_(options_.content, ContentBytes(*snapshot)),
       evidence_(options_.content, 0),
       snapshot_(snapshot),
-      feed_(snapshot->revision, StructureOf(*snapshot), options_.feed) {}
+      feed_(snapshot->revision, StructureOf(*snapshot), options_.feed),
+      robots_(options_.limits, options_.clock.get()) {}
 
 MapSession::~MapSession() { Close(); }
 

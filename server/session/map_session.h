@@ -35,6 +35,7 @@
 #include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
+#include "server/presence/map_robots.h"
 #include "server/session/change_feed.h"
 #include "server/session/compaction.h"
 #include "server/session/expiry.h"
@@ -100,6 +101,8 @@ class MapSession {
 
   // The newest commits. Closed as the first step of Close.
   ChangeFeed& feed() { return feed_; }
+  // The robots that report where they are on the map.
+  MapRobots& robots() { return robots_; }
   // A reader of all kept commits and past revisions. UNAVAILABLE if the session is closed.
   absl::StatusOr<HistoryPool::Lease> OpenHistory() { return history_.Take(); }
 
@@ -264,6 +267,7 @@ class MapSession {
   mutable Mutex snapshot_mutex_;
   SnapshotPtr snapshot_ ABSL_GUARDED_BY(snapshot_mutex_);
   ChangeFeed feed_;
+  MapRobots robots_;
 
   mutable Mutex queue_mutex_;
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);

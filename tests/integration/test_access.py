@@ -28,6 +28,7 @@ NEEDED = {
     "Observe": ROBOT, "RebuildLayer": EDITOR, "RetractSource": ROBOT, "QueryArea": READER,
     "QueryNearest": READER, "QueryPoint": READER, "QueryPoints": READER, "QueryValue": READER,
     "ListChanges": READER, "ListRevisions": READER, "Replicate": READER, "Watch": READER,
+    "ListRobots": READER, "Report": ROBOT, "WatchRobots": READER,
 }
 # The worker serves it, not hypermapd.
 OTHER_SERVICES = {"FrameService"}
@@ -47,7 +48,7 @@ def request_about(method, map_name, robot):
     """
     request = {}
     fields = method.input_type.fields_by_name
-    for name in ("header", "opening"):
+    for name in ("header", "opening", "report"):
         if name in fields:
             request[name] = request_about_type(fields[name].message_type, map_name, robot)
     request.update(request_about_type(method.input_type, map_name, robot))
@@ -221,7 +222,8 @@ class Names(Site):
         for name, code in (("r2", DENIED), ("r1", None), ("r1-arm", None)):
             opening = {"opening": {"map": "site", "layer": "seen", "robot": name}}
             for got in (self.outcome(lambda: robot.Observe([opening])),
-                        self.outcome(lambda: robot.ClaimGoal(map="site", robot=name))):
+                        self.outcome(lambda: robot.ClaimGoal(map="site", robot=name)),
+                        self.outcome(lambda: robot.Report(map="site", report={"robot": name}))):
                 self.assertEqual(got == DENIED, code == DENIED, (name, got))
 
     def test_maps_that_one_may_not_see_are_not_listed(self):

@@ -107,6 +107,7 @@ class Metrics(Observed):
         for _ in range(7):
             self.client.GetMap(map="site")
         self.ask_for_nothing()
+        self.client.Report(map="site", report={"robot": "r1", "stamp": "2026-01-01T00:00:00Z", "pose": {}})
         found = self.metrics()
         labels = '{grpc_service="hypermap.v1.CatalogService",grpc_method="GetMap"'
         self.assertEqual(found[f'grpc_server_started_total{labels}}}'], 8)
@@ -116,6 +117,8 @@ class Metrics(Observed):
         self.assertEqual(found['hypermap_map_revision{map="site"}'],
                          self.client.GetMap(map="site").map.revision)
         self.assertEqual(found['hypermap_map_up{map="site"}'], 1)
+        self.assertEqual(found['hypermap_map_robots{map="site",state="online"}'], 1)
+        self.assertEqual(found['hypermap_map_robots{map="site",state="offline"}'], 0)
         self.assertEqual(found['hypermap_auth_failures_total{reason="unknown_token"}'], 0)
         self.assertGreater(found["hypermap_memory_limit_bytes"], 0)
         self.assertGreater(found["process_resident_memory_bytes"], 0)

@@ -48,7 +48,8 @@ class Reflection(SiteTest):
         listed = self.grpcurl("list").stdout.split()
         for service in ("hypermap.v1.CatalogService", "hypermap.v1.QueryService",
                         "hypermap.v1.EditService", "hypermap.v1.IngestService",
-                        "hypermap.v1.ExplorationService", "hypermap.v1.WatchService",
+                        "hypermap.v1.ExplorationService", "hypermap.v1.RobotService",
+                        "hypermap.v1.WatchService",
                         "grpc.health.v1.Health", "grpc.reflection.v1.ServerReflection",
                         "grpc.reflection.v1alpha.ServerReflection"):
             self.assertIn(service, listed)

@@ -105,6 +105,11 @@ ROOMS = {
         "map/objects", "map/query", "map/values",
     ),
     "map/observations": pure("map/frames", "map/geometry", "map/objects"),
+    # simulation/robots has the target that is named like the folder.
+    "map/robots": Room(
+        ["base/limits", "base/status", "map", "map/frames"], DOMAIN, outside_world=False,
+        target="robot_reports",
+    ),
     "map/matching": pure(),
     "map/exploration": pure(
         "base/cancellation", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
@@ -121,7 +126,7 @@ ROOMS = {
         ["base/cancellation", "base/identity", "base/limits", "base/status", "base/sync", "map",
          "map/edits",
          "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
-         "map/observations", "map/query", "map/watch", "proto"],
+         "map/observations", "map/query", "map/robots", "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
     ),
     # protobuf: sends the descriptors of the messages. It knows nothing of the domain.
@@ -155,16 +160,19 @@ ROOMS = {
          "map/geometry", "map/layers", "map/observations", "storage"],
         {"absl"}, target="map_fusion",
     ),
+    "server/presence": Room(
+        ["base/limits", "base/status", "base/sync", "base/time", "map/robots"], {"absl"},
+    ),
     "server/session": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging", "base/metering",
          "base/status", "base/sync", "base/time", "map", "map/edits", "map/layers", "map/objects",
-         "map/observations", "map/query", "map/watch", "server/fusion", "storage"],
+         "map/observations", "map/query", "map/watch", "server/fusion", "server/presence", "storage"],
         {"absl"},
     ),
     "server/exploration": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/metering", "base/status",
          "base/sync", "map", "map/edits", "map/exploration", "map/frames", "map/geometry",
-         "map/grid", "map/layers", "server/session", "storage"],
+         "map/grid", "map/layers", "map/robots", "server/session", "storage"],
         {"absl"}, target="map_exploration",
     ),
     # grpc: identifies callers by their metadata and certificates.
@@ -191,8 +199,8 @@ ROOMS = {
     "server/services": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging",
          "base/metering", "base/status", "base/sync", "base/tls", "map", "map/layers",
-         "map/observations", "map/query", "map/values", "proto", "server/auth", "server/exploration",
-         "server/fusion", "server/rpc", "server/session", "server/watch", "storage/interchange",
+         "map/observations", "map/query", "map/robots", "map/values", "proto", "server/auth",
+         "server/exploration", "server/fusion", "server/presence", "server/rpc", "server/session", "server/watch", "storage/interchange",
          "wire", "wire/health", "wire/reflection"],
         {"absl", "grpc"},
     ),
@@ -248,7 +256,7 @@ ROOMS = {
         ["base/identity", "base/status", "base/sync", "base/tls", "map", "map/edits",
          "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
-         "map/query", "map/watch", "proto", "wire"],
+         "map/query", "map/robots", "map/watch", "proto", "wire"],
         {"absl"}, hidden={"grpc"}, target="client",
     ),
     # wire: encodes requests to bytes for the queue.

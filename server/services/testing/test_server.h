@@ -16,6 +16,7 @@
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
+#include "hypermap/v1/robot_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "map/edits/edit.h"
 #include "server/fusion/testing/tally_strategy.h"
@@ -50,6 +51,7 @@ class TestServer {
     edit = v1::EditService::NewStub(channel_);
     watch = v1::WatchService::NewStub(channel_);
     exploration = v1::ExplorationService::NewStub(channel_);
+    robots = v1::RobotService::NewStub(channel_);
   }
   ~TestServer() {
     disk_.Release();
@@ -96,6 +98,7 @@ class TestServer {
   std::unique_ptr<v1::EditService::Stub> edit;
   std::unique_ptr<v1::WatchService::Stub> watch;
   std::unique_ptr<v1::ExplorationService::Stub> exploration;
+  std::unique_ptr<v1::RobotService::Stub> robots;
 };
 
 // A semantic layer `name` with unit squares labelled "cup" at x = 0, 2, 4, ...
