@@ -56,6 +56,9 @@ void AddIngestCommands(CLI::App& app, Command& selected);
 // Adds explore start, status, list, frontiers, stop.
 void AddExploreCommands(CLI::App& app, Command& selected);
 
+// Adds robots.
+void AddRobotsCommand(CLI::App& app, Command& selected);
+
 // Adds whoami.
 void AddWhoamiCommand(CLI::App& app, Command& selected);
 

@@ -12,6 +12,7 @@
 #include "client_libs/cli/cell_values.h"
 #include "client_libs/cli/exploration_json.h"
 #include "client_libs/cli/json_values.h"
+#include "client_libs/cli/robot_json.h"
 #include "map/layers/layer.h"
 #include "map/layers/layer_spec.h"
 
@@ -353,6 +354,14 @@ class JsonOutput : public Output {
     out_.flush();
   }
 
+  void Show(const client::RobotChanges& changes) override {
+    for (const client::RobotPresence& robot : changes.robots) Print(RobotJson(robot));
+    for (const std::string& name : changes.forgotten) {
+      Print({{"robot", name}, {"forgotten", true}});
+    }
+    out_.flush();
+  }
+
   void Show(const DifferenceChange& change) override {
     Json json = {{"revision", change.revision}};
     if (change.time) json["time"] = TimeJson(*change.time);
@@ -392,6 +401,7 @@ class JsonOutput : public Output {
   void Show(const ExplorationReport& report) override { Print(ReportJson(report)); }
   void Show(const ExplorationsReport& report) override { Print(ReportJson(report)); }
   void Show(const FrontiersReport& report) override { Print(ReportJson(report)); }
+  void Show(const RobotsReport& report) override { Print(ReportJson(report)); }
   void Show(const bench::FleetReport& report) override { Print(ReportJson(report)); }
 
   void Show(const client::LayerPart& part) override {

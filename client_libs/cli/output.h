@@ -13,6 +13,7 @@
 #include "client_libs/cpp/exploration_answers.h"
 #include "client_libs/cpp/ingest_answers.h"
 #include "client_libs/cpp/points_stream.h"
+#include "client_libs/cpp/robots.h"
 #include "client_libs/cpp/watch.h"
 #include "map/evaluation/evaluate.h"
 
@@ -88,6 +89,12 @@ struct FrontiersReport {
   client::FrontierList list;
 };
 
+// The robots of a map that have reported where they are.
+struct RobotsReport {
+  std::string map;
+  client::RobotList list;
+};
+
 // A token that was made. This is the only time that its text is known.
 struct CreatedToken {
   std::string identity;
@@ -139,11 +146,15 @@ class Output {
   virtual void Show(const ExplorationReport& report) = 0;
   virtual void Show(const ExplorationsReport& report) = 0;
   virtual void Show(const FrontiersReport& report) = 0;
+  virtual void Show(const RobotsReport& report) = 0;
   virtual void Show(const client::RevisionList& revisions) = 0;
   virtual void Show(const bench::FleetReport& report) = 0;
 
   // Prints a revision of a watch, and flushes it.
   virtual void Show(const client::WatchEvent& event) = 0;
+
+  // Prints a line for each robot that has changed or was forgotten, and flushes them.
+  virtual void Show(const client::RobotChanges& changes) = 0;
 
   // Prints the changes of a difference as they arrive. EndDifference follows the last one.
   virtual void Show(const DifferenceChange& change) = 0;

@@ -114,6 +114,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddWatchCommands(app, command);
   AddIngestCommands(app, command);
   AddExploreCommands(app, command);
+  AddRobotsCommand(app, command);
   AddWhoamiCommand(app, command);
   AddTokenCommands(app, command);
   AddEvalCommand(app, command);

@@ -12,6 +12,7 @@
 #include "client_libs/cli/describe.h"
 #include "client_libs/cli/exploration_tables.h"
 #include "client_libs/cli/grid_summary.h"
+#include "client_libs/cli/robot_tables.h"
 #include "client_libs/cli/text_table.h"
 #include "map/geometry/shape.h"
 
@@ -295,6 +296,11 @@ class TableOutput : public Output {
            report.list.revision);
   }
 
+  void Show(const RobotsReport& report) override {
+    PrintRobots(report.list, out_);
+    Footer(Counted(report.list.robots.size(), "robot"), report.list.at.revision);
+  }
+
   void Show(const client::RevisionList& list) override {
     TextTable table({"REVISION", "TIME", "AUTHOR", "CHANGES"});
     for (const client::RevisionRecord& entry : list.revisions) {
@@ -316,6 +322,14 @@ class TableOutput : public Output {
            << OneLine(DescribeChange(change)) << '\n';
     }
     if (event.snapshot) Footer("end of snapshot", event.revision);
+    out_.flush();
+  }
+
+  void Show(const client::RobotChanges& changes) override {
+    for (const client::RobotPresence& robot : changes.robots) {
+      out_ << OneLine(DescribeRobot(robot)) << '\n';
+    }
+    for (const std::string& name : changes.forgotten) out_ << OneLine(name) << "  forgotten\n";
     out_.flush();
   }
 

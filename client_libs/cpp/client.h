@@ -29,6 +29,7 @@
 #include "client_libs/cpp/observe_stream.h"
 #include "client_libs/cpp/points_stream.h"
 #include "client_libs/cpp/readers.h"
+#include "client_libs/cpp/robots.h"
 #include "client_libs/cpp/security.h"
 #include "client_libs/cpp/watch.h"
 #include "map/edits/edit.h"
@@ -251,6 +252,17 @@ class Client {
   // Stops an exploration and returns it. Does nothing if it has ended.
   absl::StatusOr<ExplorationEntry> StopExploration(const std::string& map, ObjectId exploration = 0,
                                                    const CallOptions& options = {});
+
+  // Reports where a robot is. An answer that is not `accepted` is no error: the server has a newer
+  // report of this robot.
+  absl::StatusOr<ReportAnswer> ReportRobot(const std::string& map, const RobotReport& report,
+                                           const CallOptions& options = {});
+  // Lists the robots that have reported, with their poses in the map's own frame where that is
+  // possible (RobotPresence::in_map_frame).
+  absl::StatusOr<RobotList> ListRobots(const std::string& map, const CallOptions& options = {});
+  // Reports all robots, then each change. `options.timeout` limits the whole watch; absent: no
+  // limit.
+  RobotReader WatchRobots(const std::string& map, const CallOptions& options = {});
 
  private:
   std::shared_ptr<Connection> connection_;

@@ -49,6 +49,7 @@ Connection::Connection(const std::string& target, const ClientOptions& options)
   edit_ = v1::EditService::NewStub(channel_);
   exploration_ = v1::ExplorationService::NewStub(channel_);
   ingest_ = v1::IngestService::NewStub(channel_);
+  robots_ = v1::RobotService::NewStub(channel_);
   watch_ = v1::WatchService::NewStub(channel_);
 }
 

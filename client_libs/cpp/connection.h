@@ -22,6 +22,7 @@
 #include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "hypermap/v1/ingest_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
+#include "hypermap/v1/robot_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "wire/status.h"
 
@@ -66,6 +67,7 @@ class Connection {
   v1::EditService::Stub& edit() { return *edit_; }
   v1::ExplorationService::Stub& exploration() { return *exploration_; }
   v1::IngestService::Stub& ingest() { return *ingest_; }
+  v1::RobotService::Stub& robots() { return *robots_; }
   v1::WatchService::Stub& watch() { return *watch_; }
 
   const ClientOptions& options() const { return options_; }
@@ -105,6 +107,7 @@ class Connection {
   std::unique_ptr<v1::EditService::Stub> edit_;
   std::unique_ptr<v1::ExplorationService::Stub> exploration_;
   std::unique_ptr<v1::IngestService::Stub> ingest_;
+  std::unique_ptr<v1::RobotService::Stub> robots_;
   std::unique_ptr<v1::WatchService::Stub> watch_;
 };
 

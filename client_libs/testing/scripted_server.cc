@@ -9,6 +9,7 @@
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
+#include "hypermap/v1/robot_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 
 namespace hypermap::client {
@@ -377,6 +378,34 @@ class ScriptedServer::Exploring : public v1::ExplorationService::Service {
   ScriptedServer& server_;
 };
 
+class ScriptedServer::Robots : public v1::RobotService::Service {
+ public:
+  explicit Robots(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status Report(grpc::ServerContext*, const v1::ReportRequest* request,
+                      v1::ReportResponse* response) override {
+    if (server_.Note("Report", *request)) return kOutage;
+    *response = server_.script_.reported;
+    return server_.script_.status;
+  }
+  grpc::Status ListRobots(grpc::ServerContext*, const v1::ListRobotsRequest* request,
+                          v1::ListRobotsResponse* response) override {
+    if (server_.Note("ListRobots", *request)) return kOutage;
+    *response = server_.script_.robots;
+    return server_.script_.status;
+  }
+  grpc::Status WatchRobots(grpc::ServerContext*, const v1::WatchRobotsRequest* request,
+                           grpc::ServerWriter<v1::WatchRobotsResponse>* writer) override {
+    if (server_.Note("WatchRobots", *request)) return kOutage;
+    const ScriptedStream<v1::WatchRobotsResponse>& stream = server_.script_.watched_robots;
+    for (const v1::WatchRobotsResponse& response : stream.responses) writer->Write(response);
+    return stream.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
+
 ScriptedServer::ScriptedServer(Script script)
     : script_(std::move(script)),
       access_(std::make_unique<Access>(*this)),
@@ -384,7 +413,8 @@ ScriptedServer::ScriptedServer(Script script)
       query_(std::make_unique<Query>(*this)),
       edit_(std::make_unique<Edit>(*this)),
       watching_(std::make_unique<Watching>(*this)),
-      exploring_(std::make_unique<Exploring>(*this)) {
+      exploring_(std::make_unique<Exploring>(*this)),
+      robots_(std::make_unique<Robots>(*this)) {
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -394,6 +424,7 @@ ScriptedServer::ScriptedServer(Script script)
   builder.RegisterService(edit_.get());
   builder.RegisterService(watching_.get());
   builder.RegisterService(exploring_.get());
+  builder.RegisterService(robots_.get());
   server_ = builder.BuildAndStart();
   address_ = absl::StrCat("127.0.0.1:", port);
 }

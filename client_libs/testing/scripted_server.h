@@ -16,6 +16,7 @@
 #include "hypermap/v1/edit_service.pb.h"
 #include "hypermap/v1/exploration_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
+#include "hypermap/v1/robot_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 
 namespace hypermap::client {
@@ -68,6 +69,10 @@ struct Script {
   v1::ClaimGoalResponse claimed;
   v1::RenewGoalResponse renewed;
   v1::StopExplorationResponse stopped;
+  v1::ReportResponse reported;
+  v1::ListRobotsResponse robots;
+  // Answers each WatchRobots.
+  ScriptedStream<v1::WatchRobotsResponse> watched_robots;
 };
 
 // Serves in this process on a free port until destruction.
@@ -96,6 +101,7 @@ class ScriptedServer {
   class Edit;
   class Watching;
   class Exploring;
+  class Robots;
 
   // Records a request. Returns whether the call is part of the outage.
   template <typename Request>
@@ -117,6 +123,7 @@ class ScriptedServer {
   std::unique_ptr<Edit> edit_;
   std::unique_ptr<Watching> watching_;
   std::unique_ptr<Exploring> exploring_;
+  std::unique_ptr<Robots> robots_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };

@@ -1,0 +1,15 @@
+// Converts robots to JSON.
+#ifndef HYPERMAP_CLIENT_LIBS_CLI_ROBOT_JSON_H_
+#define HYPERMAP_CLIENT_LIBS_CLI_ROBOT_JSON_H_
+
+#include "client_libs/cli/json_values.h"
+#include "client_libs/cli/output.h"
+
+namespace hypermap::cli {
+
+Json RobotJson(const client::RobotPresence& robot);
+Json ReportJson(const RobotsReport& report);
+
+}  // namespace hypermap::cli
+
+#endif  // HYPERMAP_CLIENT_LIBS_CLI_ROBOT_JSON_H_
