@@ -99,6 +99,7 @@ from .observations import (
     OpenedLayer,
     SensorPose,
 )
+from .robots import ReportAnswer, Robot, RobotChanges, RobotList
 
 __version__ = importlib.metadata.version("hypermap-client")
 
@@ -184,9 +185,13 @@ __all__ = [
     "PointsContent",
     "Pose",
     "PutObject",
+    "ReportAnswer",
     "ResourceExhausted",
     "Revision",
     "RevisionList",
+    "Robot",
+    "RobotChanges",
+    "RobotList",
     "Role",
     "SensorPose",
     "SetAliases",

@@ -14,6 +14,7 @@ from ._proto import exploration_service_pb2 as exploration
 from ._proto import frame_service_pb2 as frame
 from ._proto import ingest_service_pb2 as ingest
 from ._proto import query_service_pb2 as query
+from ._proto import robot_service_pb2 as robots
 from ._proto import watch_service_pb2 as watch
 
 RequestT = TypeVar("RequestT", bound=Message)
@@ -64,6 +65,10 @@ QUERY_VALUE = _rpc("QueryService", query.QueryValueRequest, query.QueryValueResp
 QUERY_NEAREST = _rpc("QueryService", query.QueryNearestRequest, query.QueryNearestResponse)
 
 APPLY_EDITS = _rpc("EditService", edit.ApplyEditsRequest, edit.ApplyEditsResponse)
+
+REPORT = _rpc("RobotService", robots.ReportRequest, robots.ReportResponse)
+LIST_ROBOTS = _rpc("RobotService", robots.ListRobotsRequest, robots.ListRobotsResponse)
+WATCH_ROBOTS = _rpc("RobotService", robots.WatchRobotsRequest, robots.WatchRobotsResponse)
 
 WATCH = _rpc("WatchService", watch.WatchRequest, watch.WatchResponse)
 LIST_CHANGES = _rpc("WatchService", watch.ListChangesRequest, watch.ListChangesResponse)

@@ -9,10 +9,11 @@ from .edits import Edits
 from .explorations import Explorations
 from .ingest import Ingest
 from .queries import Queries
+from .robots import Robots
 from .watches import Watches
 
 
-class AsyncClient(Queries, Edits, Watches, Ingest, Explorations, Access):
+class AsyncClient(Queries, Edits, Watches, Ingest, Explorations, Robots, Access):
     """A client of one server.
 
     Client blocks the calling thread and may be shared by threads. AsyncClient has the same methods
