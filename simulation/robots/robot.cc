@@ -17,6 +17,8 @@ constexpr double kStride_m = simulation::kSpeed_m_per_s / simulation::kFramesPer
 constexpr double kTurn_rad = simulation::kTurnRate_rad_per_s / simulation::kFramesPerSecond;
 // Tolerance of angles, for the rounding errors of many small turns.
 constexpr double kTurned_rad = 1e-6;
+// Time between two reports of the pose, for a smooth picture of robots that drive faster than real.
+constexpr absl::Duration kReportEvery = absl::Milliseconds(200);
 // Steps between two claims if there was no goal.
 constexpr int kPauseSteps = 5;
 // Largest distance to a passable cell. Between two corners the robot may stop over a cell that is
@@ -53,13 +55,26 @@ Robot::Robot(client::Client& client, const Terrain& terrain, Senses& senses,
   log_.way.push_back(at);
 }
 
+const char* Robot::StateWords(State state) {
+  switch (state) {
+    case State::kIdle:
+      return "waiting for a goal";
+    case State::kDriving:
+      return "driving to a goal";
+    case State::kLooking:
+      return "looking around";
+  }
+  return "";
+}
+
 CellIndex Robot::Cell() const {
   const Point at{pose_.x(), pose_.y()};
   return terrain_.NearestPassable(at, kBesideWay_m).value_or(*terrain_.geometry().CellAt(at));
 }
 
 absl::Status Robot::Step() {
-  absl::Status status = KeepLease();
+  absl::Status status = Report();
+  if (status.ok()) status = KeepLease();
   if (status.ok() && state_ == State::kIdle && --until_claim_ < 0) status = Claim();
   if (!status.ok() || state_ == State::kIdle) return status;
   if (state_ == State::kDriving && Drive()) {
@@ -75,6 +90,19 @@ absl::Status Robot::Step() {
   if (--until_frame_ >= 0) return absl::OkStatus();
   until_frame_ = (state_ == State::kLooking ? task_.look_every : task_.frame_every) - 1;
   return SendFrame();
+}
+
+absl::Status Robot::Report() {
+  const absl::Time now = absl::Now();
+  if (now < next_report_) return absl::OkStatus();
+  next_report_ = now + kReportEvery;
+  client::RobotReport report;
+  report.robot = task_.name;
+  report.stamp = now;
+  report.frame_id = task_.frame_id;
+  report.frame_from_robot = believed_;
+  report.state = StateWords(state_);
+  return client_.ReportRobot(task_.map, report).status();
 }
 
 absl::Status Robot::AwaitAll() {

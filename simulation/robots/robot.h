@@ -29,8 +29,8 @@ struct RobotLog {
   std::vector<Point> way;
 };
 
-// Acts in steps of simulated time, 0.2 s each; leases and stamps use real time. It uses the server
-// through the client only. For use by one thread.
+// Acts in steps of simulated time, 0.2 s each; leases, stamps and reports of its pose use real
+// time. It uses the server through the client only. For use by one thread.
 class Robot {
  public:
   struct Task {
@@ -72,6 +72,10 @@ class Robot {
  private:
   enum class State { kIdle, kDriving, kLooking };
 
+  static const char* StateWords(State state);
+
+  // Tells the server where it believes to be, if it has not done so lately.
+  absl::Status Report();
   // Waits until the observations of all robots are on the map.
   absl::Status AwaitAll();
   absl::Status Claim();
@@ -98,6 +102,7 @@ class Robot {
   PlanarTransform believed_;
   std::optional<LeasedGoal> goal_;
   absl::Time lease_end_;
+  absl::Time next_report_ = absl::InfinitePast();
   std::deque<Point> way_;  // Remaining corners of the path.
   double turned_rad_ = 0.0;
   int until_frame_ = 0;  // Steps until the next frame.

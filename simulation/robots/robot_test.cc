@@ -153,6 +153,25 @@ TEST_F(RobotTest, DrivesToItsGoalLooksRoundAndGivesItBack) {
   EXPECT_NE(robot.goal()->position, goal.position);
 }
 
+TEST_F(RobotTest, ReportsWhereItIsAndWhatItDoes) {
+  Begin(kRoom);
+  Life life = NewLife(kRoom);
+  const auto reported = [&](const std::string& state) {
+    const auto list = client_->ListRobots("site");
+    EXPECT_TRUE(list.ok()) << list.status();
+    return list->robots.size() == 1 && list->robots[0].report.state == state;
+  };
+  ASSERT_EQ(life.robot().Step(), absl::OkStatus());
+  EXPECT_TRUE(reported("waiting for a goal"));
+  const client::RobotPresence robot = client_->ListRobots("site")->robots[0];
+  EXPECT_EQ(robot.report.robot, "cart");
+  EXPECT_TRUE(robot.in_map_frame);
+  const Point start = life.robot().log().way.front();
+  EXPECT_EQ(robot.report.frame_from_robot, PlanarTransform(start.x, start.y, 0.0));
+  // It reports in real time, and steps as fast as it can.
+  life.StepUntil([&] { return reported("driving to a goal") || reported("looking around"); });
+}
+
 TEST_F(RobotTest, ExploresUntilItIsToldThatAllIsDone) {
   Begin(kRoom);
   Life life = NewLife(kRoom);
