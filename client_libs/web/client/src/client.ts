@@ -6,6 +6,7 @@ import { EditService } from './gen/hypermap/v1/edit_service_pb.js';
 import { ExplorationService } from './gen/hypermap/v1/exploration_service_pb.js';
 import { IngestService } from './gen/hypermap/v1/ingest_service_pb.js';
 import { QueryService } from './gen/hypermap/v1/query_service_pb.js';
+import { RobotService } from './gen/hypermap/v1/robot_service_pb.js';
 import { WatchService } from './gen/hypermap/v1/watch_service_pb.js';
 import { guard, type GuardOptions } from './guard.js';
 
@@ -20,6 +21,8 @@ export interface HypermapClient {
   readonly changes: Client<typeof WatchService>;
   readonly ingest: Client<typeof IngestService>;
   readonly exploration: Client<typeof ExplorationService>;
+  /** The function `watchRobots` wraps this service and reconnects. */
+  readonly robots: Client<typeof RobotService>;
 }
 
 export type HypermapClientOptions = GuardOptions;
@@ -46,6 +49,7 @@ export function createHypermapClient(
     changes: createClient(WatchService, transport),
     ingest: createClient(IngestService, transport),
     exploration: createClient(ExplorationService, transport),
+    robots: createClient(RobotService, transport),
   };
 }
 

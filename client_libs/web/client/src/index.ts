@@ -1,5 +1,6 @@
 export { createHypermapClient, type HypermapClient, type HypermapClientOptions } from './client.js';
 export { watch, type WatchEvent, type WatchOptions, type WatchState } from './watch.js';
+export { watchRobots, type RobotsState, type WatchRobotsOptions } from './robots.js';
 export { backupMap, exportMap, type ExportedMap, type MapFile } from './files.js';
 export {
   lineStringFromGeoJson,
@@ -29,6 +30,7 @@ export * from './gen/hypermap/v1/layer_pb.js';
 export * from './gen/hypermap/v1/object_pb.js';
 export * from './gen/hypermap/v1/observation_pb.js';
 export * from './gen/hypermap/v1/query_service_pb.js';
+export * from './gen/hypermap/v1/robot_service_pb.js';
 export * from './gen/hypermap/v1/scope_pb.js';
 export * from './gen/hypermap/v1/watch_service_pb.js';
 

@@ -138,9 +138,14 @@ async function* events(messages: AsyncIterable<WatchResponse>): AsyncGenerator<W
   }
 }
 
-// Passes messages on, and throws if the next one does not arrive in time. The time that the caller
-// takes for a message does not count.
-async function* untilSilent<T>(stream: AsyncIterable<T>, silenceMs: number): AsyncGenerator<T> {
+/**
+ * Passes messages on, and throws if the next one does not arrive in time. The time that the caller
+ * takes for a message does not count.
+ */
+export async function* untilSilent<T>(
+  stream: AsyncIterable<T>,
+  silenceMs: number,
+): AsyncGenerator<T> {
   const iterator = stream[Symbol.asyncIterator]();
   for (;;) {
     const next = iterator.next();
