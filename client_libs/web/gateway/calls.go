@@ -75,7 +75,8 @@ func (c *calls) mostGivenUp() int64 { return max(c.open.share/32, 1) }
 // isWatch reports whether hypermapd counts the calls of the method as watches.
 func isWatch(method protoreflect.MethodDescriptor) bool {
 	switch method.FullName() {
-	case "hypermap.v1.WatchService.Watch", "hypermap.v1.WatchService.Replicate":
+	case "hypermap.v1.WatchService.Watch", "hypermap.v1.WatchService.Replicate",
+		"hypermap.v1.RobotService.WatchRobots":
 		return true
 	}
 	return false

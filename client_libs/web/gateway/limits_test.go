@@ -371,6 +371,26 @@ func TestB12_CallsAreBounded(t *testing.T) {
 	eventually(t, "an answer after the watches have ended", func() bool { return ask().StatusCode == http.StatusOK })
 }
 
+// The names of the rpcs that go on until their caller ends them tell it.
+func TestB12_EachWatchIsCounted(t *testing.T) {
+	services, err := loadServices()
+	if err != nil {
+		t.Fatal(err)
+	}
+	for _, service := range services {
+		if !strings.HasPrefix(string(service.FullName()), "hypermap.v1.") {
+			continue
+		}
+		for i := range service.Methods().Len() {
+			method := service.Methods().Get(i)
+			name := string(method.Name())
+			if want := strings.HasPrefix(name, "Watch") || name == "Replicate"; isWatch(method) != want {
+				t.Errorf("%s: counted as a watch: %t", method.FullName(), !want)
+			}
+		}
+	}
+}
+
 func TestB12_QuotaAgreesWithASimpleModel(t *testing.T) {
 	seed := rand.Uint64()
 	t.Logf("seed %d", seed)
