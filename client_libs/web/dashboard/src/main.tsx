@@ -6,6 +6,7 @@ import { startCaller } from './state/caller';
 import { startEdits } from './state/edits';
 import { start } from './state/live';
 import { startQuestions } from './state/questions';
+import { startRobots } from './state/robots';
 import { startShowing } from './state/show_map';
 import { startTime } from './state/time';
 import { startUrl } from './state/url';
@@ -17,6 +18,7 @@ start();
 startCaller();
 startEdits();
 startQuestions();
+startRobots();
 
 const root = document.getElementById('app');
 if (root) render(<App />, root);

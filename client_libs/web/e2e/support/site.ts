@@ -66,9 +66,9 @@ export class Site {
     await this.server.stop('SIGKILL');
   }
 
-  /** Starts the server again at the same address with the same maps. */
-  async restartServer(): Promise<void> {
-    this.server = await serve(this.folder, this.server.address);
+  /** Starts the server again at the same address with the same maps, and perhaps with flags. */
+  async restartServer(...flags: string[]): Promise<void> {
+    this.server = await serve(this.folder, this.server.address, ...flags);
   }
 
   /**

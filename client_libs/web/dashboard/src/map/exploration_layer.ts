@@ -2,6 +2,7 @@ import type { Frontier, Goal, UnreachablePlace } from '@hypermap/client';
 import { effect } from '@preact/signals';
 import Feature from 'ol/Feature';
 import type Geometry from 'ol/geom/Geometry';
+import LineString from 'ol/geom/LineString';
 import MultiPolygon from 'ol/geom/MultiPolygon';
 import Point from 'ol/geom/Point';
 import VectorLayer from 'ol/layer/Vector';
@@ -9,6 +10,7 @@ import type OlMap from 'ol/Map';
 import VectorSource from 'ol/source/Vector';
 import { explorationReport, type ExplorationReport } from '../state/exploration';
 import { squareAround } from '../state/objects';
+import { robots } from '../state/robots';
 import { dark } from '../state/theme';
 import { asOf } from '../state/time';
 import { explorationStyle, type ExplorationMark } from './exploration_style';
@@ -33,15 +35,27 @@ function placeFeature(mark: ExplorationMark, place: Goal | UnreachablePlace): Fe
   return position ? [feature(mark, new Point([position.x, position.y]), robot)] : [];
 }
 
+/** The line from a robot to its goal, if it is known where the robot is. */
+function wayFeature({ position, robot }: Goal): Feature[] {
+  const start = robots.value.get(robot)?.position;
+  return start && position
+    ? [feature('way', new LineString([start, [position.x, position.y]]))]
+    : [];
+}
+
 function featuresOf({ exploration, progress, frontiers }: ExplorationReport): Feature[] {
   return [
     frontierFeature(frontiers, Math.sqrt(progress.cellAreaM2)),
     ...exploration.unreachablePlaces.flatMap((place) => placeFeature('unreachable', place)),
+    ...exploration.goals.flatMap(wayFeature),
     ...exploration.goals.flatMap((goal) => placeFeature('goal', goal)),
   ];
 }
 
-/** Shows the frontiers, goals and unreachable places of the exploration in the open panel. */
+/**
+ * Shows the frontiers, goals and unreachable places of the exploration in the open panel, and the
+ * ways of robots to their goals.
+ */
 export function showExploration(map: OlMap): () => void {
   const source = new VectorSource();
   const layer = new VectorLayer({ source, zIndex: ABOVE_CONTENT });

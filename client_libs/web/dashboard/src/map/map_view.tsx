@@ -17,6 +17,7 @@ import './map.css';
 import { moveMs } from './motion';
 import { planar } from './projection';
 import { resolution } from './resolution';
+import { showRobots } from './robot_layer';
 import { olMap } from './tools';
 import { zoomKeys } from './zoom_keys';
 
@@ -88,6 +89,7 @@ export function MapView() {
       keepInSight(map),
       showContent(map),
       showExploration(map),
+      showRobots(map),
       showHighlight(map),
       showHover(map),
       fitWhenThere(map),

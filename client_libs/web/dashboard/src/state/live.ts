@@ -1,5 +1,5 @@
 // The live content of the shown map. One watch serves the whole page, because browsers allow few
-// connections to a server.
+// connections to a server; robots.ts has another one for the robots.
 import { Code, ConnectError, isTransient, watch, type WatchEvent } from '@hypermap/client';
 import { batch, computed, effect, signal, untracked } from '@preact/signals';
 import { forgetChanges, noteChanges } from './changes';
