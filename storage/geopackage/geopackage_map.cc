@@ -71,10 +71,9 @@ GeoPackageMap::GeoPackageMap(FileLock lock, const GeoPackageOptions& options, Op
       layers_(std::move(opened.layers)),
       fusion_(database_.get()) {
   // Writing it for the first time takes the space that later ones overwrite. Without a witness the
-  // map is another incarnation when it is opened again, which does no harm.
-  absl::Status status = lock_.Write(EncodeWitness(witness_));
-  if (status.ok()) status = lock_.Sync();
-  has_witness_ = status.ok();
+  // map is another incarnation when it is opened again, which does no harm. The next commit tries
+  // again.
+  const absl::Status status = WriteWitness();
   if (!status.ok()) {
     notes_.push_back(absl::StrCat("the newest revision is not recorded: ", status.message()));
   }
@@ -246,7 +245,16 @@ void GeoPackageMap::KeepWitness(const Commit& newest) {
   witness_.time_ns = absl::ToUnixNanos(newest.time);
   // If this fails, the witness stays older than the file: a loss may go unnoticed, but the commits
   // are durable.
-  has_witness_ = lock_.Write(EncodeWitness(witness_)).ok();
+  WriteWitness().IgnoreError();
+}
+
+absl::Status GeoPackageMap::WriteWitness() {
+  absl::Status status = lock_.Write(EncodeWitness(witness_));
+  // Later ones overwrite it. A power loss keeps one of them.
+  if (status.ok() && !has_durable_witness_) status = lock_.Sync();
+  has_witness_ = status.ok();
+  has_durable_witness_ = has_durable_witness_ || status.ok();
+  return status;
 }
 
 absl::Status GeoPackageMap::WriteAll(absl::Span<const Commit> commits) {

@@ -88,6 +88,8 @@ class GeoPackageMap : public StoredMap {
   absl::Status WriteChecked(absl::Span<const Commit> commits);
   // Writes the witness of the newest revision.
   void KeepWitness(const Commit& newest);
+  // Writes witness_ to the lock file; also to the disk, unless that has one of this opening.
+  absl::Status WriteWitness();
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
   absl::Status WriteNothing();
   absl::Status WriteTimeMark(const TimeMark& mark, absl::Duration forget_before);
@@ -99,7 +101,8 @@ class GeoPackageMap : public StoredMap {
   std::unique_ptr<OpenFiles> files_;
   MapHeader header_;
   RevisionWitness witness_;
-  bool has_witness_ = false;  // the lock file has it
+  bool has_witness_ = false;          // the lock file has it
+  bool has_durable_witness_ = false;  // one was synced since the map was opened
   std::vector<std::string> notes_;
   const absl::Status damage_;
   const absl::Duration busy_timeout_;

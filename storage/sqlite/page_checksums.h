@@ -11,8 +11,8 @@
 // write-ahead log are not verified: its frames have checksums of their own, which SQLite verifies
 // when it recovers the log.
 //
-// The same layer makes a write-ahead log durable where SQLite believes too much: it syncs the folder
-// of a new log, and writes a log again whose last sync is unknown or has failed.
+// The same layer makes a write-ahead log durable where SQLite believes too much: it syncs the
+// folder of a new log, and writes a log again whose last sync is unknown or has failed.
 #ifndef HYPERMAP_STORAGE_SQLITE_PAGE_CHECKSUMS_H_
 #define HYPERMAP_STORAGE_SQLITE_PAGE_CHECKSUMS_H_
 
