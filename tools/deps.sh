@@ -28,7 +28,7 @@ packages_of() {
              libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \
              libyaml-cpp-dev prometheus-cpp-dev libcivetweb-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev libutfcpp-dev \
              libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcairo2-dev \
-             libpcl-dev ;;
+             libpcl-dev libfastrtps-dev ;;
     server) echo build-essential clang-14 lld-14 cmake ninja-build \
              pkg-config libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc \
              libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \

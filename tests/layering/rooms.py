@@ -30,6 +30,8 @@ LIBRARIES = {
     "google/protobuf/": "protobuf",
     "utf8cpp/": "utf8cpp",
     "openssl/": "openssl",
+    "fastdds/": "fastdds",
+    "fastrtps/": "fastdds",
 }
 
 DOMAIN = {"absl", "eigen"}
@@ -284,6 +286,30 @@ ROOMS = {
     ),
     # yaml: finds the image that a nav2 map names, which is sent along. storage/interchange: reads
     # ground truth from files. storage/geopackage: checks and repairs files of maps.
+    "client_libs/ros2/cdr": Room([], {"absl"}, outside_world=False, target="ros2_cdr"),
+    "client_libs/ros2/messages": Room([], outside_world=False, target="ros2_messages"),
+    "client_libs/ros2/conversion": Room(
+        ["base/status", "client_libs/ros2/messages", "map", "map/frames", "map/geometry", "map/grid",
+         "map/layers", "map/objects", "map/query", "map/values"],
+        {"absl"}, outside_world=False, target="ros2_conversion",
+    ),
+    # The only room that knows Fast DDS.
+    "client_libs/ros2/dds": Room(
+        ["base/logging", "base/status", "base/sync", "client_libs/ros2/cdr",
+         "client_libs/ros2/messages"],
+        {"absl"}, hidden={"fastdds"}, target="ros2_dds",
+    ),
+    "client_libs/ros2/bridge": Room(
+        ["base/logging", "base/status", "base/sync", "client_libs/cpp", "client_libs/cpp/replica",
+         "client_libs/ros2/cdr", "client_libs/ros2/conversion", "client_libs/ros2/dds",
+         "client_libs/ros2/messages", "map", "map/layers", "map/values"],
+        {"absl"}, target="ros2_bridge",
+    ),
+    "client_libs/ros2": Room(
+        ["base/logging", "base/status", "client_libs/cpp", "client_libs/flags",
+         "client_libs/ros2/bridge", "client_libs/ros2/dds"],
+        {"absl", "cli11"}, target=None,
+    ),
     "client_libs/cli": Room(
         ["base/access", "base/identity", "base/status", "client_libs/bench", "client_libs/cpp",
          "client_libs/flags", "map", "map/edits", "map/evaluation", "map/exploration",

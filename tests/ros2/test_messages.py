@@ -1,0 +1,63 @@
+"""The bytes of all messages equal those of rosbags, an independent implementation of CDR, which
+reads the definitions of client_libs/ros2/packages/hypermap_msgs."""
+
+import os
+import subprocess
+import unittest
+
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from processes import ROOT
+
+PACKAGES = ROOT / "client_libs" / "ros2" / "packages"
+# Of packages that rosbags does not know.
+OTHERS = {
+    "map_msgs/msg/OccupancyGridUpdate":
+        "std_msgs/Header header\nint32 x\nint32 y\nuint32 width\nuint32 height\nint8[] data",
+    "nav2_msgs/msg/CostmapFilterInfo":
+        "std_msgs/Header header\nuint8 type\nstring filter_mask_topic\nfloat32 base\n"
+        "float32 multiplier",
+    "nav2_msgs/srv/LoadMap_Request": "string map_url",
+    "nav2_msgs/srv/LoadMap_Response": "nav_msgs/OccupancyGrid map\nuint8 result",
+    # A message without fields has one that nobody uses.
+    "nav_msgs/srv/GetMap_Request": "uint8 structure_needs_at_least_one_member",
+    "nav_msgs/srv/GetMap_Response": "nav_msgs/OccupancyGrid map",
+}
+
+
+def definitions():
+    yield from OTHERS.items()
+    package = PACKAGES / "hypermap_msgs"
+    for path in sorted(package.glob("msg/*.msg")):
+        yield f"hypermap_msgs/msg/{path.stem}", path.read_text()
+    for path in sorted(package.glob("srv/*.srv")):
+        request, response = path.read_text().split("---\n")
+        yield f"hypermap_msgs/srv/{path.stem}_Request", request
+        yield f"hypermap_msgs/srv/{path.stem}_Response", response
+
+
+def as_message(name):
+    """rosbags knows no services, only their messages."""
+    return name.replace("/srv/", "/msg/")
+
+
+class MessagesTest(unittest.TestCase):
+    def test_bytes_equal_those_of_rosbags(self):
+        # The distribution since which a Gid has 16 bytes, as in the samples.
+        store = get_typestore(Stores.ROS2_JAZZY)
+        for name, text in definitions():
+            types = get_types_from_msg(text, as_message(name))
+            store.register({k: v for k, v in types.items() if k not in store.fielddefs})
+        samples = subprocess.run([os.environ["ROS2_MESSAGE_SAMPLES"]], check=True,
+                                 capture_output=True, text=True).stdout.splitlines()
+        self.assertEqual(len(samples), 27)
+        for line in samples:
+            name, sample = line.split()
+            with self.subTest(name):
+                kind = as_message(name)
+                message = store.deserialize_cdr(bytes.fromhex(sample), kind)
+                self.assertEqual(bytes(store.serialize_cdr(message, kind)).hex(), sample)
+
+
+if __name__ == "__main__":
+    unittest.main()
