@@ -18,6 +18,7 @@
 #include "client_libs/flags/command_table.h"
 #include "client_libs/flags/connection_flags.h"
 #include "client_libs/ros2/bridge/map_bridge.h"
+#include "client_libs/ros2/bridge/robot_reporter.h"
 #include "client_libs/ros2/dds/dds.h"
 
 namespace hypermap::ros2 {
@@ -26,6 +27,7 @@ namespace {
 struct Flags {
   client::ConnectionFlags connection;
   std::vector<std::string> maps;
+  std::vector<std::string> robots;
   MapBridgeOptions map;
   DdsOptions dds;
   std::string mode = "trinary";
@@ -66,6 +68,11 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "Largest number of locations in the answer of a service")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option(
+         "--robot", flags.robots,
+         "Reports the poses of a topic (geometry_msgs/msg/PoseWithCovarianceStamped) to the "
+         "first map as those of a robot; may be repeated")
+      ->type_name("NAME=TOPIC");
   app.add_option("--domain", flags.dds.domain, "Domain of ROS 2")
       ->envname("ROS_DOMAIN_ID")
       ->check(CLI::Range(0, 232))
@@ -107,6 +114,13 @@ absl::Status Run(Flags flags) {
     if (flags.maps.size() > 1) options.name_prefix = absl::StrCat("/", NameInRos(map));
     HYPERMAP_ASSIGN_OR_RETURN(bridges.emplace_back(),
                               MapBridge::Start(participant.get(), client, std::move(options)));
+  }
+  std::vector<std::unique_ptr<RobotReporter>> reporters;
+  for (const std::string& robot : flags.robots) {
+    HYPERMAP_ASSIGN_OR_RETURN(const RobotTopic topic, ParseRobotTopic(robot));
+    HYPERMAP_ASSIGN_OR_RETURN(
+        reporters.emplace_back(),
+        RobotReporter::Start(participant.get(), client, flags.maps.front(), topic));
   }
   std::cout << "hypermap-ros2 ready on domain " << flags.dds.domain << std::endl;
   sigset_t ends;

@@ -290,8 +290,8 @@ ROOMS = {
     "client_libs/ros2/messages": Room([], outside_world=False, target="ros2_messages"),
     "client_libs/ros2/conversion": Room(
         ["base/status", "client_libs/ros2/messages", "map", "map/frames", "map/geometry", "map/grid",
-         "map/layers", "map/objects", "map/query", "map/values"],
-        {"absl"}, outside_world=False, target="ros2_conversion",
+         "map/layers", "map/objects", "map/query", "map/robots", "map/values"],
+        {"absl", "eigen"}, outside_world=False, target="ros2_conversion",
     ),
     # The only room that knows Fast DDS.
     "client_libs/ros2/dds": Room(

@@ -52,6 +52,20 @@ class Pose(IdlStruct, typename="geometry_msgs::msg::dds_::Pose_"):
 
 
 @dataclass
+class PoseWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovariance_"):
+    pose: Pose
+    covariance: array[float64, 36]
+
+
+@dataclass
+class PoseWithCovarianceStamped(
+    IdlStruct, typename="geometry_msgs::msg::dds_::PoseWithCovarianceStamped_"
+):
+    header: Header
+    pose: PoseWithCovariance
+
+
+@dataclass
 class Polygon(IdlStruct, typename="geometry_msgs::msg::dds_::Polygon_"):
     points: sequence[Point32]
 

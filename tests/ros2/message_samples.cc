@@ -68,7 +68,8 @@ int main() {
   using namespace hypermap::ros2;  // NOLINT(google-build-using-namespace)
   PrintMessages<nav_msgs::OccupancyGrid, map_msgs::OccupancyGridUpdate, tf2_msgs::TFMessage,
                 visualization_msgs::MarkerArray, nav2_msgs::CostmapFilterInfo,
-                hypermap_msgs::SemanticMap, rmw_dds_common::ParticipantEntitiesInfo<16>>();
+                hypermap_msgs::SemanticMap, geometry_msgs::PoseWithCovarianceStamped,
+                rmw_dds_common::ParticipantEntitiesInfo<16>>();
   PrintServices<nav_msgs::GetMap, nav2_msgs::LoadMap, hypermap_msgs::GetIntAtPoint,
                 hypermap_msgs::GetStringAtPoint, hypermap_msgs::GetIntsByArea,
                 hypermap_msgs::GetStringsByArea, hypermap_msgs::GetLocationsByInt,

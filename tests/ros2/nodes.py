@@ -10,6 +10,7 @@ import time
 
 from cyclonedds.core import InstanceState, Policy, Qos, ReadCondition, SampleState, ViewState, WaitSet
 from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.internal import InvalidSample
 from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
@@ -86,6 +87,13 @@ class Node:
     def subscribe(self, name, message, qos=LATCHED, prefix="rt"):
         return Subscription(self._participant, prefix + name, message, qos)
 
+    def publish(self, name, message, sample):
+        """Publishes one sample, latched, as long as the result lives."""
+        topic = Topic(self._participant, f"rt{name}", message)
+        writer = DataWriter(self._participant, topic, qos=LATCHED)
+        writer.write(sample)
+        return writer
+
     def client(self, name, service=None):
         return Client(self._participant, name, *dds.SERVICES[service or name.rsplit("/", 1)[1]])
 
@@ -105,7 +113,8 @@ class Subscription:
         deadline = time.monotonic() + timeout_s
         while True:
             for sample in self._reader.take(1):
-                if wanted(sample):
+                # One without content says that its writer has gone.
+                if not isinstance(sample, InvalidSample) and wanted(sample):
                     return sample
             left = deadline - time.monotonic()
             if left <= 0:

@@ -1,6 +1,8 @@
 """hypermap-ros2 and independent nodes of Cyclone DDS, over a real server."""
 
+import math
 import tempfile
+import time
 import unittest
 
 import grpc
@@ -9,7 +11,7 @@ import shapely.geometry
 import dds_types as dds
 import rpc
 import sites
-from nodes import RELIABLE, Bridge, Node
+from nodes import RELIABLE, Bridge, Node, await_condition
 from processes import Server
 
 HARD_ROUNDS = 33
@@ -164,6 +166,26 @@ class TopicsTest(BridgeTest):
             grid = subscription.next()
             self.assertGreaterEqual(len(grid.data), 16_000_000)
             self.assertEqual(set(grid.data[-1000:]), {100})
+
+
+class RobotsTest(BridgeTest):
+    def test_poses_become_the_presence_of_a_robot(self):
+        self.bridge("--robot=r1=/r1/amcl_pose")
+        covariance = [0.0] * 36
+        covariance[0], covariance[7], covariance[35] = 0.25, 0.25, 0.04
+        half_turn = dds.Pose(dds.Point(1.5, -2.0, 0.0), dds.Quaternion(0.0, 0.0, 1.0, 0.0))
+        node = Node()
+        pose = dds.PoseWithCovarianceStamped(
+            dds.Header(dds.Time(int(time.time()), 0), "map"),
+            dds.PoseWithCovariance(half_turn, covariance))
+        writer = node.publish("/r1/amcl_pose", dds.PoseWithCovarianceStamped, pose)
+        await_condition(lambda: self.client.ListRobots(map="site").robots, "no robot is reported")
+        robot = self.client.ListRobots(map="site").robots[0]
+        self.assertEqual(robot.report.robot, "r1")
+        self.assertTrue(robot.online)
+        self.assertEqual((robot.report.pose.x, robot.report.pose.y), (1.5, -2.0))
+        self.assertAlmostEqual(abs(robot.report.pose.yaw), math.pi)
+        del writer
 
 
 class ServicesTest(BridgeTest):

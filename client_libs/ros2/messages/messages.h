@@ -159,6 +159,26 @@ struct PolygonStamped {
   }
 };
 
+struct PoseWithCovariance {
+  Pose pose;
+  // Of x, y, z and the rotations about these axes, row by row.
+  std::array<double, 36> covariance{};
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.pose, m.covariance);
+  }
+};
+
+struct PoseWithCovarianceStamped {
+  static constexpr char kType[] = "geometry_msgs::msg::dds_::PoseWithCovarianceStamped_";
+  std_msgs::Header header;
+  PoseWithCovariance pose;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.header, m.pose);
+  }
+};
+
 }  // namespace geometry_msgs
 
 namespace nav_msgs {
