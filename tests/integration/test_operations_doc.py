@@ -30,6 +30,7 @@ systemctl() {
         server=
       fi ;;&
     start | restart)
+      : >"$SCRATCH/ready"  # The line of the server before is no sign of this one.
       hypermapd --config=/etc/hypermap/hypermapd.yaml >"$SCRATCH/ready" 2>>"$SCRATCH/journal" </dev/null &
       server=$!
       until grep -q '^hypermapd ready on ' "$SCRATCH/ready"; do
