@@ -140,12 +140,11 @@ struct ChecksumFile {
     sqlite3_int64 size = 0;
     int code = real->pMethods->xFileSize(real, &size);
     // SQLite writes no more than 128 KiB in one call.
-    std::vector<unsigned char> piece(1 << 16);
+    unsigned char piece[kMaxPageBytes];
     for (sqlite3_int64 at = 0; code == SQLITE_OK && at < size;) {
-      const auto left = static_cast<size_t>(size - at);
-      const int count = static_cast<int>(std::min(left, piece.size()));
-      code = real->pMethods->xRead(real, piece.data(), count, at);
-      if (code == SQLITE_OK) code = real->pMethods->xWrite(real, piece.data(), count, at);
+      const int count = static_cast<int>(std::min<sqlite3_int64>(size - at, kMaxPageBytes));
+      code = real->pMethods->xRead(real, piece, count, at);
+      if (code == SQLITE_OK) code = real->pMethods->xWrite(real, piece, count, at);
       at += count;
     }
     return code;

@@ -65,10 +65,10 @@ class MapBridge::Loop {
       replica_ = nullptr;
       return state.problem;
     }
-    if (shown_ == nullptr) {
-      HYPERMAP_ASSIGN_OR_RETURN(shown_, ShownMap::Make(participant_, client_, options_));
-    }
     const SnapshotPtr snapshot = replica_->snapshot();
+    if (shown_ == nullptr) {
+      HYPERMAP_ASSIGN_OR_RETURN(shown_, ShownMap::Make(participant_, client_, options_, snapshot));
+    }
     HYPERMAP_RETURN_IF_ERROR(shown_->Show(snapshot));
     shown_->Refresh();
     // Its error says only that nothing has come. Another incarnation may begin with any revision.

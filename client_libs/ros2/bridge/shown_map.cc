@@ -37,14 +37,20 @@ std::shared_ptr<const GridLayer> OccupancyLayerOf(const Snapshot& snapshot,
   return nullptr;
 }
 
-ShownMap::ShownMap(Participant* participant, client::Client client, const MapBridgeOptions& options)
-    : participant_(participant), client_(std::move(client)), options_(options) {}
+ShownMap::ShownMap(Participant* participant, client::Client client, const MapBridgeOptions& options,
+                   SnapshotPtr snapshot)
+    : participant_(participant),
+      client_(std::move(client)),
+      options_(options),
+      newest_(std::make_shared<Newest>(std::move(snapshot))) {}
 
 absl::StatusOr<std::unique_ptr<ShownMap>> ShownMap::Make(Participant* participant,
                                                          client::Client client,
-                                                         const MapBridgeOptions& options) {
-  auto map = absl::WrapUnique(new ShownMap(participant, std::move(client), options));
+                                                         const MapBridgeOptions& options,
+                                                         SnapshotPtr snapshot) {
+  auto map = absl::WrapUnique(new ShownMap(participant, std::move(client), options, snapshot));
   HYPERMAP_RETURN_IF_ERROR(map->Open());
+  HYPERMAP_RETURN_IF_ERROR(map->Show(std::move(snapshot)));
   return map;
 }
 
@@ -152,12 +158,11 @@ absl::Status ShownMap::Show(SnapshotPtr snapshot) {
   if (snapshot == shown_) return absl::OkStatus();
   newest_->Set(snapshot);
   const absl::Time stamp = absl::Now();
-  const bool has_new_frames =
-      !shown_ || shown_->frames.transforms() != snapshot->frames.transforms();
-  if (has_new_frames) frames_->Publish(ToTransforms(snapshot->frames, stamp));
+  const bool has_moved = !shown_ || shown_->frames.transforms() != snapshot->frames.transforms();
+  if (has_moved) frames_->Publish(ToTransforms(snapshot->frames, stamp));
   HYPERMAP_RETURN_IF_ERROR(ShowGrids(*snapshot, stamp));
-  HYPERMAP_RETURN_IF_ERROR(ShowObjects(*snapshot, stamp));
-  ShowMasks(*snapshot, stamp);
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_changed, ShowObjects(*snapshot, has_moved, stamp));
+  ShowMasks(*snapshot, has_changed, stamp);
   shown_ = std::move(snapshot);
   return absl::OkStatus();
 }
@@ -188,20 +193,21 @@ absl::Status ShownMap::ShowGrids(const Snapshot& snapshot, absl::Time stamp) {
   return absl::OkStatus();
 }
 
-absl::Status ShownMap::ShowObjects(const Snapshot& snapshot, absl::Time stamp) {
-  const bool has_moved = shown_ && shown_->frames.transforms() != snapshot.frames.transforms();
-  bool has_changed = !shown_;
+absl::StatusOr<bool> ShownMap::ShowObjects(const Snapshot& snapshot, bool has_moved,
+                                           absl::Time stamp) {
+  bool has_changed = has_moved;
   std::set<std::string> names;
   for (const auto& [name, layer] : snapshot.layers) {
     const SemanticLayer* const semantic = AsSemantic(layer.get());
     if (semantic == nullptr) continue;
     names.insert(name);
-    if (!semantic_maps_.contains(name)) {
+    const auto topic = semantic_maps_.find(name);
+    if (topic == semantic_maps_.end()) {
       HYPERMAP_ASSIGN_OR_RETURN(
-          auto topic, LatchedTopic<hypermap_msgs::SemanticMap>::Make(
-                          participant_, OwnName(absl::StrCat(NameInRos(name), "_semmap"))));
-      semantic_maps_.emplace(name, std::move(topic));
-    } else if (shown_ && shown_->FindLayer(name) == layer.get() && !has_moved) {
+          auto made, LatchedTopic<hypermap_msgs::SemanticMap>::Make(
+                         participant_, OwnName(absl::StrCat(NameInRos(name), "_semmap"))));
+      semantic_maps_.emplace(name, std::move(made));
+    } else if (shown_->FindLayer(name) == layer.get() && !has_moved) {
       continue;
     }
     has_changed = true;
@@ -210,15 +216,17 @@ absl::Status ShownMap::ShowObjects(const Snapshot& snapshot, absl::Time stamp) {
   has_changed = has_changed || semantic_maps_.size() != names.size();
   Keep(names, &semantic_maps_);
   if (has_changed) markers_->Publish(ToMarkers(snapshot, stamp));
-  return absl::OkStatus();
+  return has_changed;
 }
 
-void ShownMap::ShowMasks(const Snapshot& snapshot, absl::Time stamp) {
+void ShownMap::ShowMasks(const Snapshot& snapshot, bool has_zones_changed, absl::Time stamp) {
   const auto like = OccupancyLayerOf(snapshot, options_.occupancy_layer);
   if (like == nullptr || like->extent().empty()) return;
   const auto before = shown_ ? OccupancyLayerOf(*shown_, options_.occupancy_layer) : nullptr;
   const bool is_moved =
       !before || before->spec() != like->spec() || before->extent() != like->extent();
+  // A mask has as many cells as the map, most of whose changes are of cells alone.
+  if (!has_zones_changed && !is_moved) return;
   if (keep_out_) {
     Send(KeepOutMask(snapshot, *like, *options_.keep_out, stamp), is_moved, &*keep_out_);
   }

@@ -24,10 +24,12 @@ namespace hypermap::ros2 {
 // Used by one thread; services read the newest snapshot on others.
 class ShownMap {
  public:
-  // `participant` must outlive the result. UNAVAILABLE if DDS makes no topic or service.
+  // Shows `snapshot`, and answers from it at once. `participant` must outlive the result.
+  // UNAVAILABLE if DDS makes no topic or service.
   static absl::StatusOr<std::unique_ptr<ShownMap>> Make(Participant* participant,
                                                         client::Client client,
-                                                        const MapBridgeOptions& options);
+                                                        const MapBridgeOptions& options,
+                                                        SnapshotPtr snapshot);
 
   // Sends what differs from the snapshot that was shown before.
   absl::Status Show(SnapshotPtr snapshot);
@@ -35,9 +37,10 @@ class ShownMap {
   void Refresh();
 
  private:
-  // The newest snapshot, for the services.
+  // The newest snapshot, for the services; never null.
   class Newest {
    public:
+    explicit Newest(SnapshotPtr snapshot) : snapshot_(std::move(snapshot)) {}
     void Set(SnapshotPtr snapshot) {
       const MutexLock lock(&mutex_);
       snapshot_ = std::move(snapshot);
@@ -52,7 +55,8 @@ class ShownMap {
     SnapshotPtr snapshot_ ABSL_GUARDED_BY(mutex_);
   };
 
-  ShownMap(Participant* participant, client::Client client, const MapBridgeOptions& options);
+  ShownMap(Participant* participant, client::Client client, const MapBridgeOptions& options,
+           SnapshotPtr snapshot);
   absl::Status Open();
   absl::Status ServeQuestions();
   template <typename Service>
@@ -62,13 +66,14 @@ class ShownMap {
   std::string OwnName(const std::string& name) const;
 
   absl::Status ShowGrids(const Snapshot& snapshot, absl::Time stamp);
-  absl::Status ShowObjects(const Snapshot& snapshot, absl::Time stamp);
-  void ShowMasks(const Snapshot& snapshot, absl::Time stamp);
+  // Returns whether there are other objects, or they are elsewhere, than in the snapshot before.
+  absl::StatusOr<bool> ShowObjects(const Snapshot& snapshot, bool has_moved, absl::Time stamp);
+  void ShowMasks(const Snapshot& snapshot, bool has_zones_changed, absl::Time stamp);
 
   Participant* const participant_;
   const client::Client client_;
   const MapBridgeOptions options_;
-  const std::shared_ptr<Newest> newest_ = std::make_shared<Newest>();
+  const std::shared_ptr<Newest> newest_;
   SnapshotPtr shown_;  // null at first
   std::optional<LatchedTopic<tf2_msgs::TFMessage>> frames_;
   std::optional<LatchedTopic<visualization_msgs::MarkerArray>> markers_;

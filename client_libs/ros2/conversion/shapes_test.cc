@@ -67,6 +67,9 @@ TEST(ShapesTest, MarkersDrawEveryShapeWithItsLabel) {
 TEST(ShapesTest, AClassHasAColourOfItsOwn) {
   const auto chair = ClassColour("chair");
   const auto same = ClassColour(" Chair ");
+  EXPECT_EQ(chair.r, 67 / 255.0F);
+  EXPECT_EQ(chair.g, 90 / 255.0F);
+  EXPECT_EQ(chair.b, 184 / 255.0F);
   EXPECT_EQ(chair.r, same.r);
   EXPECT_EQ(chair.g, same.g);
   const auto table = ClassColour("table");

@@ -92,15 +92,16 @@ class ServiceServer::Core : public std::enable_shared_from_this<Core> {
   // When a client can get replies; nullopt while that is not known. Greets a new one.
   std::optional<SteadyTime> ReadyAt(const GuidPrefix& prefix)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    const MutexLock lock(&clients_mutex_);
-    const auto client = clients_.find(prefix);
-    if (client == clients_.end()) return std::nullopt;
-    if (!client->second.greeted) {
+    {
+      const MutexLock lock(&clients_mutex_);
+      const auto client = clients_.find(prefix);
+      if (client == clients_.end()) return std::nullopt;
+      if (client->second.greeted) return *client->second.greeted + kAfterGreeting;
       client->second.greeted = loop_->Now();
-      std::string greeting = greeting_;
-      replies_->write(&greeting);
     }
-    return *client->second.greeted + kAfterGreeting;
+    std::string greeting = greeting_;
+    replies_->write(&greeting);
+    return loop_->Now() + kAfterGreeting;
   }
 
   void Answer(const Request& request) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
@@ -141,7 +142,7 @@ class ServiceServer::Core : public std::enable_shared_from_this<Core> {
   Mutex mutex_;
   ServiceHandler handler_ ABSL_GUARDED_BY(mutex_);
   DataWriter* replies_ ABSL_GUARDED_BY(mutex_) = nullptr;  // Null after the end of the service.
-  // Another mutex, because DDS tells of clients while others write.
+  // Another mutex, because DDS tells of clients while others write. Not held while writing.
   Mutex clients_mutex_;
   std::map<GuidPrefix, Client> clients_ ABSL_GUARDED_BY(clients_mutex_);
 };
