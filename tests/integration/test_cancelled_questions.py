@@ -13,6 +13,7 @@ import sites
 import test_cancellation
 from asking import Asking
 from cancelled_calls import TESTS, CancellationTest, cancels, comb
+from test_robots import report
 
 # The rpcs that no test cancels, because their work is short or must not end early.
 NOT_CANCELLED = {
@@ -31,6 +32,8 @@ NOT_CANCELLED = {
     "ListExplorations": "reads objects of one layer; it does not look at floor",
     "RenewGoal": "writes one object; it does not look at floor",
     "ListRevisions": "a page of at most 10,000 records",
+    "Report": "one report, of at most some KiB",
+    "ListRobots": "at most --max_robots reports, which are in memory",
     "StreamFrames": "served by hypermap-ingest, whose frames are those of one robot",
 }
 
@@ -39,6 +42,7 @@ REQUESTS = {"QueryArea": query_service_pb2.QueryAreaRequest,
             "QueryValue": query_service_pb2.QueryValueRequest,
             "Watch": watch_service_pb2.WatchRequest,
             "Replicate": watch_service_pb2.ReplicateRequest}
+ROBOTS = 1000
 
 
 class CancelledQuestions(CancellationTest):
@@ -119,6 +123,13 @@ class CancelledQuestions(CancellationTest):
             self.fill(sites.square(0, 0, 50.0), layer="things")])
         for name in ("Watch", "Replicate"):
             self.expect_given_up(name, lambda: self.ask_area(name, 10))
+
+    @cancels("WatchRobots")
+    def test_watches_of_robots(self):
+        for i in range(ROBOTS):
+            self.client.Report(map="site", report=report(f"r{i}", i, 0, fields={"task": 3000 * "x"}))
+        self.expect_given_up("WatchRobots", lambda: [
+            self.begin("WatchRobots", map="site") for _ in range(200)])
 
     @cancels("ExplainObject")
     def test_history_of_an_object(self):
