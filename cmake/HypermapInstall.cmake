@@ -3,6 +3,7 @@
 #
 #   server      hypermapd, its unit and its configuration; needs no PCL
 #   ingest      hypermap-ingest
+#   ros2        hypermap-ros2, its unit, and packages for ROS workspaces
 #   client      hypermap, the demo, and the C++ client as a CMake package: find_package(hypermap) gives
 #               hypermap::client and, with COMPONENTS replica, hypermap::replica. The installed headers include
 #               no header of gRPC, Protobuf, SQLite or GEOS.
@@ -61,6 +62,15 @@ if(HYPERMAP_INGEST)
   hypermap_documents(hypermap-ingest 1 ingest)
 endif()
 
+# ros2
+if(HYPERMAP_ROS2)
+  install(TARGETS hypermap-ros2 COMPONENT ros2)
+  hypermap_documents(hypermap-ros2 8 ros2)
+  install(FILES packaging/ros2.env DESTINATION ${etc} COMPONENT ros2)
+  install(FILES packaging/systemd/hypermap-ros2@.service DESTINATION ${units} COMPONENT ros2)
+  install(DIRECTORY client_libs/ros2/packages/ DESTINATION ${share}/hypermap/ros2 COMPONENT ros2)
+endif()
+
 # client
 install(TARGETS hypermap COMPONENT client)
 hypermap_documents(hypermap 1 client)
@@ -96,7 +106,7 @@ install(DIRECTORY ${PROJECT_BINARY_DIR}/dashboard/ DESTINATION ${share}/hypermap
 install(FILES packaging/gateway.env DESTINATION ${etc} COMPONENT dashboard)
 install(FILES packaging/systemd/hypermap-gateway.service DESTINATION ${units} COMPONENT dashboard)
 
-set(components server ingest client dashboard)
+set(components server ingest ros2 client dashboard)
 foreach(component ${components})
   install(FILES LICENSE DESTINATION ${share}/doc/hypermap-${component} RENAME copyright
     COMPONENT ${component})
@@ -118,6 +128,9 @@ set(CPACK_COMPONENTS_ALL ${components})
 if(NOT HYPERMAP_INGEST)
   list(REMOVE_ITEM CPACK_COMPONENTS_ALL ingest)
 endif()
+if(NOT HYPERMAP_ROS2)
+  list(REMOVE_ITEM CPACK_COMPONENTS_ALL ros2)
+endif()
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
@@ -133,6 +146,8 @@ endforeach()
 set(CPACK_COMPONENT_SERVER_DESCRIPTION "map database server for fleets of robots\n\
 Serves layered maps of sites over gRPC: queries, edits, watches, fusion of observations and exploration.")
 set(CPACK_COMPONENT_INGEST_DESCRIPTION "turns camera frames of robots into observations for Hypermap")
+set(CPACK_COMPONENT_ROS2_DESCRIPTION "shows maps of Hypermap to robots that run ROS 2\n\
+Speaks ROS 2's wire protocol itself: map topics, markers, costmap masks and services, without ROS.")
 set(CPACK_COMPONENT_CLIENT_DESCRIPTION "command and C++ client of Hypermap, with its demo")
 set(CPACK_COMPONENT_DASHBOARD_DESCRIPTION "dashboard of Hypermap and its gateway for browsers")
 
@@ -144,7 +159,9 @@ systemd-standalone-tmpfiles | systemd | systemd-tmpfiles")
 set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA ${debian}/server/conffiles ${debian}/server/config
   ${debian}/server/templates ${debian}/server/postinst ${debian}/server/prerm ${debian}/server/postrm)
 set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "ca-certificates")
-set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS "hypermap-client, hypermap-dashboard, hypermap-ingest, prometheus")
+set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS "hypermap-client, hypermap-dashboard, hypermap-ingest, hypermap-ros2, prometheus")
+set(CPACK_DEBIAN_ROS2_PACKAGE_CONTROL_EXTRA ${debian}/ros2/conffiles
+  ${debian}/ros2/postinst ${debian}/ros2/prerm ${debian}/ros2/postrm)
 set(CPACK_DEBIAN_DASHBOARD_PACKAGE_CONTROL_EXTRA ${debian}/dashboard/conffiles
   ${debian}/dashboard/postinst ${debian}/dashboard/prerm ${debian}/dashboard/postrm)
 set(CPACK_DEBIAN_CLIENT_PACKAGE_DEPENDS "bash")

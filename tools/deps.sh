@@ -5,7 +5,7 @@
 #   tools/deps.sh server   the same without PCL and the tests' libraries: for hypermap-server alone
 #   tools/deps.sh package  tools that make and try Debian packages
 #   tools/deps.sh test     other software that the tests use: a browser, GDAL, Shapely, gRPC for
-#                          Python, grpcurl
+#                          Python, ament and rosidl, grpcurl
 #   tools/deps.sh web      protoc, to build the dashboard; only checks for Node and Go
 #   tools/deps.sh python   the packages that the virtual environments of the Python client need
 #   tools/deps.sh api      protoc and its Python runtime, which make the API reference
@@ -35,8 +35,10 @@ packages_of() {
              libyaml-cpp-dev prometheus-cpp-dev libcivetweb-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev \
              libutfcpp-dev libcairo2-dev dpkg-dev file python3 ;;
     package) echo dpkg-dev file mmdebstrap python3 ;;
-    test)  echo chromium-headless-shell fonts-dejavu-core gdal-bin libfaketime openssl python3-gdal \
-             python3-grpcio python3-numpy python3-protobuf python3-shapely python3-yaml sqlite3 valgrind ;;
+    test)  echo ament-cmake chromium-headless-shell fonts-dejavu-core gdal-bin libfaketime \
+             librosidl-runtime-c-cpp-dev librosidl-typesupport-interface-dev openssl python3-gdal \
+             python3-grpcio python3-numpy python3-protobuf python3-shapely python3-yaml python3-venv \
+             rosidl-cmake rosidl-generator-c-cpp sqlite3 valgrind ;;
     web)   echo protobuf-compiler ;;
     python) echo openssl python3-venv ;;
     api)   echo protobuf-compiler python3-protobuf ;;

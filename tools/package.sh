@@ -35,6 +35,7 @@ case ${1:-all} in
     cmake --build build/package --parallel "$jobs"
     components='server;client'
     [[ ! -x build/package/bin/hypermap-ingest ]] || components+=';ingest'
+    [[ ! -x build/package/bin/hypermap-ros2 ]] || components+=';ros2'
     if client_libs/web/build.sh build/package; then
       components+=';dashboard'
     elif (($? != 77)); then

@@ -134,7 +134,7 @@ absl::Status Run(Flags flags) {
 
 int Main(int argc, char** argv) {
   Flags flags;
-  CLI::App app("Shows maps of a Hypermap server to robots that run ROS 2.");
+  CLI::App app("Shows maps of a Hypermap server to robots that run ROS 2.", "hypermap-ros2");
   app.set_version_flag("--version", "hypermap-ros2 " HYPERMAP_VERSION);
   AddFlags(app, flags);
   client::AddCommandTableOption(app);

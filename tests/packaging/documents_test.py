@@ -64,6 +64,17 @@ class Documents(unittest.TestCase):
         for flag in flags:
             self.assertIn(f"\\fB--{flag}\\fR", page)
 
+    @unittest.skipUnless((BIN / "hypermap-ros2").exists(), "hypermap-ros2 is not built")
+    def test_the_page_of_hypermap_ros2_has_every_option(self):
+        page = self.page("hypermap-ros2", 8)
+        self.assertTrue(page.startswith(".TH HYPERMAP-ROS2 8 "))
+        text = subprocess.run([BIN / "hypermap-ros2", "--help"], check=True, capture_output=True,
+                              text=True, timeout=60).stdout
+        options = re.findall(r"^  (?:-\w,)?(--\w+)", text, re.MULTILINE)
+        self.assertGreater(len(options), 10)
+        for option in options:
+            self.assertIn(f"{option}\\fR", page)
+
     @unittest.skipUnless(shutil.which("man"), "needs man")
     def test_pages_are_valid(self):
         self.make("hypermap")
@@ -90,7 +101,8 @@ class Documents(unittest.TestCase):
 class Version(unittest.TestCase):
 
     def test_programs_tell_it(self):
-        for name in ("hypermapd", "hypermap", "hypermap-ingest", "hypermap-gateway"):
+        for name in ("hypermapd", "hypermap", "hypermap-ingest", "hypermap-gateway",
+                     "hypermap-ros2"):
             if (BIN / name).exists():
                 done = subprocess.run([BIN / name, "--version"], capture_output=True, text=True,
                                       check=False, timeout=60)

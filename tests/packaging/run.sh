@@ -149,7 +149,7 @@ check "the maps belong to the server" \
 check "the configuration is for root and the server" \
   test "$(inside stat --format='%U %G %a' /etc/hypermap)" = "root hypermap 2750"
 check "the configuration is valid" inside hypermapd --config=/etc/hypermap/hypermapd.yaml --check_config
-for page in man1/hypermap.1 man8/hypermapd.8; do
+for page in man1/hypermap.1 man8/hypermapd.8 man8/hypermap-ros2.8; do
   check "there is $page" test -s "$root/usr/share/man/$page"
 done
 check "bash completes" inside bash -c \
@@ -176,6 +176,11 @@ check "a token that root makes can be read by the server" inside sh -c \
   'hypermap token create anna --role editor >/dev/null &&
    setpriv --reuid=hypermap --regid=hypermap --init-groups cat /etc/hypermap/access.yaml >/dev/null'
 
+start_server
+timeout --signal=TERM 5 "${enter[@]}" hypermap-ros2 --map=kept --localhost >"$work/ros2.out" 2>&1 || true
+check "hypermap-ros2 shows a map" grep -q '^hypermap-ros2 ready on domain 0$' "$work/ros2.out"
+stop_server
+
 began=$SECONDS
 check "the demo runs" inside hypermap demo
 demo_s=$((SECONDS - began))
@@ -186,8 +191,9 @@ check "installation and demo took less than two minutes" test $((installed_s + d
 
 if [[ -x $root/usr/bin/systemd-analyze ]] || inside apt-get install --yes --quiet systemd >"$work/apt.log" 2>&1; then
   check "the units are valid" inside systemd-analyze verify --man=no \
-    /usr/lib/systemd/system/hypermapd.service /usr/lib/systemd/system/hypermap-gateway.service
-  for unit in hypermapd hypermap-gateway; do
+    /usr/lib/systemd/system/hypermapd.service /usr/lib/systemd/system/hypermap-gateway.service \
+    /usr/lib/systemd/system/hypermap-ros2@.service
+  for unit in hypermapd hypermap-gateway hypermap-ros2@; do
     check "$unit.service is exposed at most 2.0" inside systemd-analyze security --offline=true --threshold=20 \
       "/usr/lib/systemd/system/$unit.service"
   done
