@@ -51,7 +51,7 @@ std::string FolderOf(const std::string& path) {
 absl::Status SyncFolder(const std::string& folder) {
   const int fd = open(folder.c_str(), O_DIRECTORY | O_RDONLY | O_CLOEXEC);
   if (fd < 0) return ErrorOf("open", folder);
-  const absl::Status status = fsync(fd) == 0 ? absl::OkStatus() : ErrorOf("sync", folder);
+  absl::Status status = fsync(fd) == 0 ? absl::OkStatus() : ErrorOf("sync", folder);
   close(fd);
   return status;
 }
