@@ -2,11 +2,9 @@
 // DDS.
 #include "client_libs/ros2/dds/dds.h"
 
-#include <fastdds/rtps/common/WriteParams.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include <fastdds/dds/subscriber/SampleInfo.hpp>
 #include <set>
 #include <string>
 
@@ -14,7 +12,7 @@
 #include "base/sync/mutex.h"
 #include "base/sync/steady_time.h"
 #include "client_libs/ros2/cdr/cdr.h"
-#include "client_libs/ros2/dds/node.h"
+#include "client_libs/ros2/dds/testing/fast_client.h"
 #include "client_libs/ros2/messages/messages.h"
 
 // Debian's Fast DDS frees some objects by another size than it has allocated them with.
@@ -24,9 +22,6 @@ extern "C" const char* __asan_default_options() { return "new_delete_type_mismat
 namespace hypermap::ros2 {
 namespace {
 
-using ::eprosima::fastdds::dds::SampleInfo;
-using ::eprosima::fastrtps::rtps::WriteParams;
-using ::eprosima::fastrtps::types::ReturnCode_t;
 using hypermap_msgs::GetSemanticByString;
 
 constexpr absl::Duration kDeadline = absl::Seconds(60);
@@ -63,62 +58,6 @@ class Arrivals {
   std::set<std::string> arrived_ ABSL_GUARDED_BY(mutex_);
 };
 
-// A client in the convention of rmw_fastrtps_cpp: requests name its reader of replies, and replies
-// name their request.
-class FastClient : private DataReaderListener {
- public:
-  explicit FastClient(const std::string& service) : node_(*Node::Make(OptionsOf("client"))) {
-    replies_ = *node_->AddReader(absl::StrCat("rr", service, "Reply"),
-                                 absl::StrCat(GetSemanticByString::kType, "Response_"),
-                                 TopicQos::kReliable, 10, this);
-    requests_ = *node_->AddWriter(absl::StrCat("rq", service, "Request"),
-                                  absl::StrCat(GetSemanticByString::kType, "Request_"),
-                                  TopicQos::kReliable, 10, nullptr);
-  }
-  ~FastClient() override {
-    node_->Remove(requests_);
-    node_->Remove(replies_);
-  }
-
-  // Returns whether the call was answered with an object of that name.
-  bool Call(const std::string& name) {
-    std::string message = EncodeCdr(GetSemanticByString::Request{name});
-    WriteParams params;
-    params.related_sample_identity().writer_guid(replies_->guid());
-    if (!requests_->write(&message, params)) return false;
-    return replied_.Await(
-        absl::StrCat(params.sample_identity().sequence_number().to64long(), " ", name));
-  }
-
-  void AwaitService() {
-    const SteadyTime deadline = SteadyTime::Now() + kDeadline;
-    eprosima::fastdds::dds::PublicationMatchedStatus status;
-    while (SteadyTime::Now() < deadline) {
-      requests_->get_publication_matched_status(status);
-      if (status.current_count > 0) return;
-      usleep(1000);
-    }
-  }
-
- private:
-  void on_data_available(DataReader* reader) override {
-    std::string message;
-    SampleInfo info;
-    while (reader->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK) {
-      const bool is_ours = info.related_sample_identity.writer_guid() == replies_->guid();
-      const auto reply = DecodeCdr<GetSemanticByString::Response>(message);
-      if (!is_ours || !reply.ok() || reply->objects.size() != 1) continue;
-      replied_.Add(absl::StrCat(info.related_sample_identity.sequence_number().to64long(), " ",
-                                reply->objects[0].name));
-    }
-  }
-
-  const std::unique_ptr<Node> node_;
-  Arrivals replied_;
-  DataReader* replies_ = nullptr;
-  DataWriter* requests_ = nullptr;
-};
-
 TEST(ParticipantTest, ClientsOfFastDdsGetTheRepliesToTheirRequests) {
   const auto participant = Participant::Make(OptionsOf("server"));
   ASSERT_TRUE(participant.ok()) << participant.status();
@@ -135,10 +74,15 @@ TEST(ParticipantTest, ClientsOfFastDdsGetTheRepliesToTheirRequests) {
                   });
   ASSERT_TRUE(service.ok()) << service.status();
   for (int i = 0; i < 3; ++i) {
-    FastClient client("/echo");
-    client.AwaitService();
+    FastClient client(OptionsOf("client"), "/echo", GetSemanticByString::kType);
+    ASSERT_TRUE(client.AwaitService(kDeadline));
     for (int call = 0; call < 20; ++call) {
-      EXPECT_TRUE(client.Call(absl::StrCat("call ", call))) << "client " << i;
+      const std::string name = absl::StrCat("call ", call);
+      const auto reply = client.Call(EncodeCdr(GetSemanticByString::Request{name}), kDeadline);
+      ASSERT_TRUE(reply.has_value()) << "client " << i << ", " << name;
+      const auto response = DecodeCdr<GetSemanticByString::Response>(*reply);
+      ASSERT_TRUE(response.ok() && response->objects.size() == 1);
+      EXPECT_EQ(response->objects[0].name, name);
     }
   }
 }
