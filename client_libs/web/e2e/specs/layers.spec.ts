@@ -1,3 +1,5 @@
+import { classTextColour } from '../../dashboard/src/map/colours.js';
+import { polygonShape, putSquare } from '../support/edits.js';
 import { expect, shot, test } from '../support/test.js';
 
 // A place on free floor that is explored, and a place inside the couch of the lounge.
@@ -39,6 +41,38 @@ test('opacity makes a layer fainter, down to nothing', async ({ site, dashboard,
   await page.getByRole('checkbox', { name: 'seen' }).uncheck();
   await expect.poll(() => page.url()).not.toContain('seen');
   expect(await dashboard.colourAt(FLOOR)).toBe(faint);
+});
+
+test('labels are above the objects of all layers', async ({ site, dashboard }) => {
+  await site.hypermap('layer', 'create', 'office', 'over', '--kind', 'semantic');
+  const shape = polygonShape([
+    [5.5, 5.25],
+    [7, 5.25],
+    [7, 6.25],
+    [5.5, 6.25],
+  ]);
+  const value = { layer: 'objects', object: { label: 'HHHH', existence: 1, shape } };
+  const edits = [{ edit: { case: 'putObject' as const, value } }];
+  await site.client().edit.applyEdits({ map: 'office', edits });
+  await dashboard.open(site, { layers: ['objects', 'over'], view: [6.25, 5.75, 0.02] });
+  const letterPixels = async () => {
+    const picture = await dashboard.picture();
+    const { x, y } = dashboard.at([6.25, 5.75]);
+    const places = [...Array(7 * 21).keys()].map((i) => ({
+      x: x - 10 + (i % 21),
+      y: y - 3 + Math.floor(i / 21),
+    }));
+    return places.filter((at) => picture.has(classTextColour('HHHH', false), at, 30)).length;
+  };
+  await expect.poll(letterPixels).toBeGreaterThan(20);
+  const pixels = await letterPixels();
+
+  // The square is too small for a label of its own.
+  const beside = [6.05, 5.55] as const;
+  const uncovered = await dashboard.colourAt(beside);
+  await putSquare(site, 'over', 'cover', [6, 5.5]);
+  await expect.poll(() => dashboard.colourAt(beside)).not.toBe(uncovered);
+  expect(await letterPixels()).toBe(pixels);
 });
 
 test('the legend shows classes, ranges and units', async ({ site, dashboard, page }) => {

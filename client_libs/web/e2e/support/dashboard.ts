@@ -1,15 +1,11 @@
 import { expect, type Page } from '@playwright/test';
 import { PNG } from 'pngjs';
 
+import { Picture, type Pixel } from './picture.js';
 import type { Site } from './site.js';
 
 /** A position in metres, in the map's own frame. */
 export type Place = readonly [x: number, y: number];
-
-interface Pixel {
-  x: number;
-  y: number;
-}
 
 export interface OpenOptions {
   map?: string;
@@ -85,6 +81,11 @@ export class Dashboard {
     for (const corner of corners) await this.click(corner);
     const last = corners.at(-1);
     if (last) await this.click(last);
+  }
+
+  /** Takes a picture of the page, whose colours are read at many places. */
+  async picture(): Promise<Picture> {
+    return new Picture(await this.page.screenshot());
   }
 
   /** The painted colour at a place as "red,green,blue". */

@@ -5,7 +5,10 @@ import { LabelLayer } from './label_layer';
 import type { Look } from './look';
 import { ShapeLayer } from './shape_layer';
 
-/** Shows the objects of a layer with labels above them. */
+/** The z-index of labels: above the content of all layers, below the marks of explorations. */
+const ABOVE_SHAPES = 890;
+
+/** Shows the objects of a layer, and their labels above the objects of all layers. */
 export class ObjectLayer extends LayerGroup {
   readonly #shapes: ShapeLayer;
   readonly #labels: LabelLayer;
@@ -26,6 +29,12 @@ export class ObjectLayer extends LayerGroup {
       shapes.update(delta);
       labels.update(delta);
     });
+  }
+
+  override setZIndex(order: number): void {
+    super.setZIndex(order);
+    // Labels of upper layers take the room first.
+    this.#labels.setZIndex(ABOVE_SHAPES + order / 1000);
   }
 
   setLook(look: Look): void {
