@@ -58,7 +58,7 @@ function featuresOf({ exploration, progress, frontiers }: ExplorationReport): Fe
  */
 export function showExploration(map: OlMap): () => void {
   const source = new VectorSource();
-  const layer = new VectorLayer({ source, zIndex: ABOVE_CONTENT });
+  const layer = new VectorLayer({ source, zIndex: ABOVE_CONTENT, declutter: true });
   map.addLayer(layer);
   const stops = [
     effect(() => layer.setStyle(explorationStyle({ dark: dark.value, scale: scale.value }))),

@@ -55,8 +55,13 @@ function flag(colour: string, ground: string, scale: number): Icon {
     context.stroke(shape);
   }
   const units = 'pixels' as const;
-  const anchor = [margin, margin + pole];
-  return new Icon({ img: canvas, anchor, anchorXUnits: units, anchorYUnits: units });
+  return new Icon({
+    img: canvas,
+    anchor: [margin, margin + pole],
+    anchorXUnits: units,
+    anchorYUnits: units,
+    declutterMode: 'obstacle',
+  });
 }
 
 /**
@@ -70,6 +75,7 @@ export function explorationStyle({ dark, scale }: Look): (feature: FeatureLike) 
     points: 4,
     radius: 8 * scale,
     radius2: 0,
+    declutterMode: 'obstacle',
     angle: Math.PI / 4,
     stroke: new Stroke({ color: bad, width: 3 * scale }),
   });

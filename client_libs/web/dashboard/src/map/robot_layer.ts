@@ -1,10 +1,10 @@
-import { effect, signal } from '@preact/signals';
+import { effect } from '@preact/signals';
 import Feature from 'ol/Feature';
 import Point from 'ol/geom/Point';
 import VectorLayer from 'ol/layer/Vector';
 import type OlMap from 'ol/Map';
 import VectorSource from 'ol/source/Vector';
-import { robots, seenWords } from '../state/robots';
+import { now, robots, seenWords } from '../state/robots';
 import { dark } from '../state/theme';
 import { asOf } from '../state/time';
 import { robotStyle } from './robot_style';
@@ -12,16 +12,12 @@ import { scale } from './scale';
 
 /** The z-index above the marks of explorations and below highlights. */
 const ABOVE_EXPLORATION = 920;
-/** The interval at which the ages of positions are written anew. */
-const TICK_MS = 1000;
 
 /** Shows the robots where they are, and how long ago they were there, while the map is live. */
 export function showRobots(map: OlMap): () => void {
   const source = new VectorSource();
-  const layer = new VectorLayer({ source, zIndex: ABOVE_EXPLORATION });
+  const layer = new VectorLayer({ source, zIndex: ABOVE_EXPLORATION, declutter: true });
   map.addLayer(layer);
-  const now = signal(new Date());
-  const ticks = setInterval(() => (now.value = new Date()), TICK_MS);
   const stop = effect(() => {
     const style = robotStyle({ dark: dark.value, scale: scale.value });
     const drawn = asOf.value === undefined ? [...robots.value.values()] : [];
@@ -33,7 +29,6 @@ export function showRobots(map: OlMap): () => void {
     }
   });
   return () => {
-    clearInterval(ticks);
     stop();
     map.removeLayer(layer);
   };

@@ -10,8 +10,21 @@ import type { Look } from './look';
 const RADIUS = 13;
 const BORDER = 2.5;
 
-const LIGHT = { online: '#2560c9', offline: '#7b8794', ground: '#ffffff', text: '#1b2430' };
-const DARK = { online: '#7fb0ff', offline: '#8b97a6', ground: '#0f1318', text: '#e7ecf2' };
+/** `faint` is the text of robots that are offline. */
+const LIGHT = {
+  online: '#2560c9',
+  offline: '#7b8794',
+  ground: '#ffffff',
+  text: '#1b2430',
+  faint: '#576475',
+};
+const DARK = {
+  online: '#7fb0ff',
+  offline: '#8b97a6',
+  ground: '#0f1318',
+  text: '#e7ecf2',
+  faint: '#9fadbd',
+};
 
 /** An arrow that points up, as the image of an icon. */
 function arrow(colour: string, ground: string, scale: number): HTMLCanvasElement {
@@ -39,11 +52,13 @@ function arrow(colour: string, ground: string, scale: number): HTMLCanvasElement
 
 /** Draws a robot as an arrow that points where the robot looks, with its name and its age. */
 export function robotStyle({ dark, scale }: Look): (robot: PlacedRobot, age: string) => Style {
-  const { online, offline, ground, text } = dark ? DARK : LIGHT;
+  const { online, offline, ground, text, faint } = dark ? DARK : LIGHT;
   const images = { online: arrow(online, ground, scale), offline: arrow(offline, ground, scale) };
   return (robot, age) => {
     // Icons turn clockwise, and the arrow points along the y axis.
+    // Labels make way for arrows, which are always drawn.
     const image = new Icon({
+      declutterMode: 'obstacle',
       img: robot.online ? images.online : images.offline,
       rotation: Math.PI / 2 - robot.yaw,
     });
@@ -55,7 +70,7 @@ export function robotStyle({ dark, scale }: Look): (robot: PlacedRobot, age: str
         `${11 * scale}px system-ui, sans-serif`,
       ],
       offsetY: 24 * scale,
-      fill: new Fill({ color: robot.online ? text : offline }),
+      fill: new Fill({ color: robot.online ? text : faint }),
       stroke: new Stroke({ color: ground, width: 4 * scale }),
     });
     return new Style({ image, text: label });

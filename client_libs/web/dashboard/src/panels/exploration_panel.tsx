@@ -16,6 +16,7 @@ import {
   wantedExploration,
   type ExplorationReport,
 } from '../state/exploration';
+import { now, robots, seenWords, type PlacedRobot } from '../state/robots';
 import { lookAt } from '../state/selection';
 import { asOf } from '../state/time';
 import { percent, squareMetres } from '../state/words';
@@ -27,7 +28,7 @@ import type { Panel } from './panel';
 const AROUND_M = 3;
 const MOST_FRONTIERS = 8;
 
-function lookAround({ x, y }: Point): void {
+function lookAround({ x, y }: Pick<Point, 'x' | 'y'>): void {
   lookAt([x - AROUND_M, y - AROUND_M, x + AROUND_M, y + AROUND_M]);
 }
 
@@ -71,40 +72,64 @@ function Progress({ report: { exploration, progress } }: { report: ExplorationRe
 }
 
 interface RobotProps {
-  goal: Goal;
+  name: string;
+  /** Undefined while it is not known where the robot is. */
+  placed: PlacedRobot | undefined;
+  goal: Goal | undefined;
   cellAreaM2: number;
 }
 
-function Robot({ goal, cellAreaM2 }: RobotProps) {
-  const { robot, position, gainCells, pathLengthM, expireTime } = goal;
-  const until = expireTime && timestampDate(expireTime).toLocaleTimeString();
+/** What is to be known of a robot: that it is offline, else its goal, else what it is doing. */
+function robotWords({ placed, goal, cellAreaM2 }: RobotProps): string {
+  if (placed && !placed.online) return seenWords(placed, now.value);
+  if (!goal) return placed?.doing || 'no goal';
+  const { gainCells, pathLengthM } = goal;
+  return `reveals ${areaOfCells(gainCells, cellAreaM2)}, ${pathLengthM.toFixed(1)} m away`;
+}
+
+function Robot(props: RobotProps) {
+  const { name, placed, goal } = props;
+  const until = goal?.expireTime && timestampDate(goal.expireTime).toLocaleTimeString();
+  const place = placed ? { x: placed.position[0], y: placed.position[1] } : goal?.position;
   return (
     <li>
       <button
         class="exploration-place"
-        title={`The goal is reserved for this robot until ${until}`}
-        onClick={() => position && lookAround(position)}
+        title={until && `The goal is reserved for this robot until ${until}`}
+        onClick={() => place && lookAround(place)}
       >
-        <span class="mark goal" />
-        <span class="grow cut">{robot}</span>
-        <small class="number">
-          reveals {areaOfCells(gainCells, cellAreaM2)}, {pathLengthM.toFixed(1)} m away
-        </small>
+        <span class={`mark robot ${placed?.online === false ? 'offline' : ''}`} />
+        <span class="grow cut">{name}</span>
+        <small class="number">{robotWords(props)}</small>
       </button>
     </li>
   );
 }
 
-function Robots({ report }: { report: ExplorationReport }) {
-  const { exploration, progress } = report;
-  if (exploration.state === ExplorationState.ENDED) return null;
+interface RobotsProps {
+  exploration?: Exploration;
+  cellAreaM2?: number;
+}
+
+/** Lists the robots that have a goal or tell where they are. */
+function Robots({ exploration, cellAreaM2 = 0 }: RobotsProps) {
+  const isActive = exploration?.state === ExplorationState.ACTIVE;
+  const goals = new Map(isActive ? exploration.goals.map((goal) => [goal.robot, goal]) : []);
+  const names = [...new Set([...goals.keys(), ...robots.value.keys()])].sort();
+  if (!isActive && names.length === 0) return null;
   return (
     <section aria-label="Robots">
-      <h3>Robots with a goal</h3>
-      {exploration.goals.length === 0 && <p class="note">No robot has a goal now.</p>}
+      <h3>Robots</h3>
+      {isActive && goals.size === 0 && <p class="note">No robot has a goal now.</p>}
       <ul class="choices">
-        {exploration.goals.map((goal) => (
-          <Robot key={`${goal.id}`} goal={goal} cellAreaM2={progress.cellAreaM2} />
+        {names.map((name) => (
+          <Robot
+            key={name}
+            name={name}
+            placed={robots.value.get(name)}
+            goal={goals.get(name)}
+            cellAreaM2={cellAreaM2}
+          />
         ))}
       </ul>
     </section>
@@ -191,7 +216,12 @@ function ExplorationPanel() {
   useEffect(followExploration, []);
   const report = explorationReport.value;
   if (explorations.value.length === 0) {
-    return <p class="note">This map has no exploration.</p>;
+    return (
+      <div class="stack">
+        <p class="note">This map has no exploration.</p>
+        <Robots />
+      </div>
+    );
   }
   return (
     <div class="stack">
@@ -207,7 +237,7 @@ function ExplorationPanel() {
       {report ? (
         <>
           <Progress report={report} />
-          <Robots report={report} />
+          <Robots exploration={report.exploration} cellAreaM2={report.progress.cellAreaM2} />
           <Frontiers report={report} />
           <Unreachable report={report} />
         </>

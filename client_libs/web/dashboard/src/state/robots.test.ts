@@ -46,7 +46,7 @@ const SERVER_TIME = new Date('2026-01-01T12:00:00Z');
 
 function robot(name: string, inMapFrame = true) {
   const seenTime = timestampFromDate(new Date(SERVER_TIME.getTime() - 3000));
-  const report = { robot: name, pose: { x: 1, y: 2, yaw: 0.5 } };
+  const report = { robot: name, pose: { x: 1, y: 2, yaw: 0.5 }, state: 'driving' };
   return { report, inMapFrame, online: true, seenTime };
 }
 
@@ -72,7 +72,7 @@ test('robots whose pose is in the frame of the map are placed, at the time of th
   await vi.waitUntil(() => robots.value.size > 0);
   expect([...robots.value.keys()]).toEqual(['a']);
   const found = robots.value.get('a');
-  expect(found).toMatchObject({ position: [1, 2], yaw: 0.5, online: true });
+  expect(found).toMatchObject({ position: [1, 2], yaw: 0.5, online: true, doing: 'driving' });
   expect(found?.seen.getTime()).toBeGreaterThanOrEqual(before - 3000);
   expect(found?.seen.getTime()).toBeLessThanOrEqual(Date.now() - 3000);
 });
@@ -100,9 +100,10 @@ test('a page that nobody sees does not watch', async () => {
 test('the age of a position is told in seconds first', () => {
   const seen = new Date('2026-01-01T12:00:00Z');
   const after = (seconds: number) => new Date(seen.getTime() + 1000 * seconds);
-  const robot = { name: 'a', position: [0, 0] as [number, number], yaw: 0, online: true, seen };
+  const position: [number, number] = [0, 0];
+  const robot = { name: 'a', position, yaw: 0, online: true, doing: '', seen };
   expect(seenWords(robot, after(-1))).toBe('0 s ago');
   expect(seenWords(robot, after(2.9))).toBe('2 s ago');
-  expect(seenWords({ ...robot, online: false }, after(30))).toBe('last seen 30 s ago');
-  expect(seenWords({ ...robot, online: false }, after(300))).toBe('last seen 5 min ago');
+  expect(seenWords({ ...robot, online: false }, after(30))).toBe('offline, last seen 30 s ago');
+  expect(seenWords({ ...robot, online: false }, after(300))).toBe('offline, last seen 5 min ago');
 });

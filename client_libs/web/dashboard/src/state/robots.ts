@@ -14,6 +14,8 @@ export interface PlacedRobot {
   /** Radians, counter-clockwise from the x axis. */
   yaw: number;
   online: boolean;
+  /** What the robot is doing, in its own words. Empty if it does not tell. */
+  doing: string;
   /** The time at which the robot was seen last, by the clock of this page. */
   seen: Date;
 }
@@ -42,14 +44,22 @@ function place(
   if (!inMapFrame || !report?.pose || !seenTime) return undefined;
   const { x, y, yaw } = report.pose;
   const seen = new Date(timestampDate(seenTime).getTime() + aheadMs);
-  return { name, position: [x, y], yaw, online, seen };
+  return { name, position: [x, y], yaw, online, doing: report.state, seen };
 }
 
-/** The age of a robot's position: "2 s ago" or, of one that is offline, "last seen 5 min ago". */
+/** The interval at which the ages of positions are written anew. */
+const TICK_MS = 1000;
+/** The time by the clock of this page, each second. */
+export const now = signal(new Date());
+
+/**
+ * The age of a robot's position: "2 s ago" or, of one that is offline, "offline, last seen 5 min
+ * ago".
+ */
 export function seenWords({ online, seen }: PlacedRobot, now: Date): string {
   const seconds = Math.max(0, Math.floor((now.getTime() - seen.getTime()) / 1000));
   const age = seconds < 60 ? `${seconds} s ago` : ago(seen, now);
-  return online ? age : `last seen ${age}`;
+  return online ? age : `offline, last seen ${age}`;
 }
 
 async function follow(map: string, signal: AbortSignal): Promise<void> {
@@ -72,6 +82,7 @@ export function startRobots(): void {
   const look = (): void => void (visible.value = !document.hidden);
   look();
   document.addEventListener('visibilitychange', look);
+  setInterval(() => (now.value = new Date()), TICK_MS);
   effect(() => {
     mapName.value;
     liveIncarnation.value;
