@@ -6,6 +6,9 @@ export const root = fileURLToPath(new URL('../../../../', import.meta.url));
 /** The folder of the programs, the dashboard and the results of the tests. */
 export const buildFolder = process.env.HYPERMAP_BUILD ?? `${root}build`;
 
+/** The folder of recorded maps, which need not exist. */
+export const dataFolder = process.env.HYPERMAP_DATA ?? `${root}../shared/data`;
+
 /** The folder of the built dashboard. */
 export const dashboardFolder = process.env.HYPERMAP_DASHBOARD ?? `${buildFolder}/dashboard`;
 
