@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
+#include <nlohmann/json.hpp>
 
 #include "tests/support/random_map.h"
 
@@ -63,17 +65,17 @@ TEST(ShapesTest, MarkersDrawEveryShapeWithItsLabel) {
   for (size_t i = 1; i < markers.size(); ++i) EXPECT_EQ(markers[i].id, static_cast<int32_t>(i - 1));
 }
 
-// As client_libs/web/dashboard/src/map/colours.test.ts has it.
-TEST(ShapesTest, AClassHasAColourOfItsOwn) {
-  const auto chair = ClassColour("chair");
-  const auto same = ClassColour(" Chair ");
-  EXPECT_EQ(chair.r, 67 / 255.0F);
-  EXPECT_EQ(chair.g, 90 / 255.0F);
-  EXPECT_EQ(chair.b, 184 / 255.0F);
-  EXPECT_EQ(chair.r, same.r);
-  EXPECT_EQ(chair.g, same.g);
-  const auto table = ClassColour("table");
-  EXPECT_TRUE(chair.r != table.r || chair.g != table.g || chair.b != table.b);
+// The dashboard and its gateway read the same table in their tests.
+TEST(ShapesTest, ClassesHaveTheColoursOfTheDashboard) {
+  std::ifstream file(HYPERMAP_SOURCE_DIR "/client_libs/testing/class_colours.json");
+  const auto colours = nlohmann::json::parse(file);
+  EXPECT_FALSE(colours.empty());
+  for (const auto& [label, expected] : colours.items()) {
+    const std_msgs::ColorRGBA colour = ClassColour(label);
+    const nlohmann::json found = {std::lround(255 * colour.r), std::lround(255 * colour.g),
+                                  std::lround(255 * colour.b)};
+    EXPECT_EQ(found, expected) << label;
+  }
 }
 
 TEST(ShapesTest, TransformsAreEdgesOfTheFrameTree) {

@@ -3,7 +3,6 @@ package foxglove
 import (
 	"math"
 	"strings"
-	"unicode/utf16"
 )
 
 // The colours of the dashboard on a light page, see client_libs/web/dashboard/src/map/colours.ts.
@@ -51,9 +50,12 @@ func srgb(linear float64) uint8 {
 // classColour returns the colour of a class of objects, which depends on its name only.
 func classColour(label string) rgba {
 	const hues = 24
-	h := uint32(0x811c9dc5) // FNV-1a over the units of UTF-16, as in JavaScript.
-	for _, unit := range utf16.Encode([]rune(strings.ToLower(strings.TrimSpace(label)))) {
-		h = (h ^ uint32(unit)) * 0x01000193
+	h := uint32(0x811c9dc5) // FNV-1a
+	for _, b := range []byte(strings.Trim(label, "\t\n\v\f\r ")) {
+		if 'A' <= b && b <= 'Z' {
+			b += 'a' - 'A'
+		}
+		h = (h ^ uint32(b)) * 0x01000193
 	}
 	return oklch(0.5+float64((h>>8)%3)*0.06, 0.15, float64(h%hues)*(360/hues))
 }

@@ -28,17 +28,28 @@ function srgb(linear: number): number {
   return Math.round(255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055));
 }
 
+const utf8 = new TextEncoder();
+
 // FNV-1a, which distributes short words well.
 function hash(text: string): number {
   let h = 0x811c9dc5;
-  for (let i = 0; i < text.length; i++) h = Math.imul(h ^ text.charCodeAt(i), 0x01000193);
+  for (const byte of utf8.encode(text)) h = Math.imul(h ^ byte, 0x01000193);
   return h >>> 0;
+}
+
+/**
+ * Lowers the letters of ASCII and removes its white space at both ends. The programs in other
+ * languages that give classes these colours can do this, too.
+ */
+function normalized(label: string): string {
+  const trimmed = label.replace(/^[\t-\r ]+|[\t-\r ]+$/g, '');
+  return trimmed.replace(/[A-Z]+/g, (letters) => letters.toLowerCase());
 }
 
 const HUES = 24;
 
 function classHue(label: string): { hue: number; shade: number } {
-  const h = hash(label.trim().toLowerCase());
+  const h = hash(normalized(label));
   return { hue: (h % HUES) * (360 / HUES), shade: ((h >>> 8) % 3) * 0.06 };
 }
 
