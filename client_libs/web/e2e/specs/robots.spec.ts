@@ -25,23 +25,6 @@ test('robots are drawn where they are, and move', async ({ site, dashboard }) =>
   await expect.poll(() => dashboard.colourAt(before)).toBe(floor);
 });
 
-test('a robot that is offline is grey', async ({ site, dashboard }) => {
-  await site.killServer();
-  await site.restartServer('--robot_online_seconds=1');
-  const place = [5, 6] as const;
-  await dashboard.open(site, { layers: ['floor'], view: [5, 6, 0.01] });
-  const floor = await dashboard.colourAt(place);
-  await report(site, 'robot-1', ...place);
-  await expect.poll(() => dashboard.colourAt(place)).not.toBe(floor);
-  const greyness = async () => {
-    const [red = 0, , blue = 0] = (await dashboard.colourAt(place)).split(',').map(Number);
-    return blue - red;
-  };
-  // The blue of robots that are online has little red.
-  expect(await greyness()).toBeGreaterThan(100);
-  await expect.poll(greyness).toBeLessThan(40);
-});
-
 test('lines lead from robots to the flags of their goals', async ({
   exploredSite: site,
   dashboard,

@@ -4,7 +4,7 @@ import Point from 'ol/geom/Point';
 import VectorLayer from 'ol/layer/Vector';
 import type OlMap from 'ol/Map';
 import VectorSource from 'ol/source/Vector';
-import { now, robots, seenWords } from '../state/robots';
+import { clock, robots, seenWords } from '../state/robots';
 import { dark } from '../state/theme';
 import { asOf } from '../state/time';
 import { robotStyle } from './robot_style';
@@ -24,7 +24,7 @@ export function showRobots(map: OlMap): () => void {
     source.clear(true);
     for (const robot of drawn) {
       const feature = new Feature(new Point(robot.position));
-      feature.setStyle(style(robot, seenWords(robot, now.value)));
+      feature.setStyle(style(robot, seenWords(robot, clock.value)));
       source.addFeature(feature);
     }
   });

@@ -16,7 +16,7 @@ import {
   wantedExploration,
   type ExplorationReport,
 } from '../state/exploration';
-import { now, robots, seenWords, type PlacedRobot } from '../state/robots';
+import { clock, robots, seenWords, type PlacedRobot } from '../state/robots';
 import { lookAt } from '../state/selection';
 import { asOf } from '../state/time';
 import { percent, squareMetres } from '../state/words';
@@ -81,7 +81,7 @@ interface RobotProps {
 
 /** What is to be known of a robot: that it is offline, else its goal, else what it is doing. */
 function robotWords({ placed, goal, cellAreaM2 }: RobotProps): string {
-  if (placed && !placed.online) return seenWords(placed, now.value);
+  if (placed && !placed.online) return seenWords(placed, clock.value);
   if (!goal) return placed?.doing || 'no goal';
   const { gainCells, pathLengthM } = goal;
   return `reveals ${areaOfCells(gainCells, cellAreaM2)}, ${pathLengthM.toFixed(1)} m away`;

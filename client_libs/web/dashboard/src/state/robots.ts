@@ -50,7 +50,7 @@ function place(
 /** The interval at which the ages of positions are written anew. */
 const TICK_MS = 1000;
 /** The time by the clock of this page, each second. */
-export const now = signal(new Date());
+export const clock = signal(new Date());
 
 /**
  * The age of a robot's position: "2 s ago" or, of one that is offline, "offline, last seen 5 min
@@ -82,7 +82,7 @@ export function startRobots(): void {
   const look = (): void => void (visible.value = !document.hidden);
   look();
   document.addEventListener('visibilitychange', look);
-  setInterval(() => (now.value = new Date()), TICK_MS);
+  setInterval(() => (clock.value = new Date()), TICK_MS);
   effect(() => {
     mapName.value;
     liveIncarnation.value;

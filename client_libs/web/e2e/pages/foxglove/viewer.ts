@@ -2,7 +2,14 @@
 // the protocol only, which it gets with Foxglove's own client from the gateway that serves the page.
 // The parameters of its address are the `map`, the name of the protocol as `subprotocol`, and as
 // `hidden` the topics that are received but not drawn, with commas between them.
-import type { Color, FrameTransforms, LinePrimitive, Pose, SceneUpdate } from '@foxglove/schemas';
+import {
+  LineType,
+  type Color,
+  type FrameTransforms,
+  type LinePrimitive,
+  type Pose,
+  type SceneUpdate,
+} from '@foxglove/schemas';
 import {
   FoxgloveClient,
   type Channel,
@@ -22,8 +29,6 @@ export interface Received {
 
 const GRID = 'foxglove.Grid';
 const SCENE = 'foxglove.SceneUpdate';
-/** The value of foxglove.LinePrimitive.type for lines that are closed. */
-const LINE_LOOP = 1;
 const MARGIN_PIXELS = 40;
 const AXIS_PIXELS = 36;
 const FONT = '600 12px system-ui, sans-serif';
@@ -224,8 +229,7 @@ class Drawing {
 
   #line({ type, points, color, thickness }: LinePrimitive): void {
     const path = this.#path(points);
-    // The enumeration of the package says what the numbers of JSON messages mean.
-    if (Number(type) === LINE_LOOP) path.closePath();
+    if (type === LineType.LINE_LOOP) path.closePath();
     this.#context.lineWidth = thickness;
     this.#context.lineJoin = 'round';
     this.#context.strokeStyle = css(color);
