@@ -19,6 +19,7 @@
 #include "client_libs/flags/connection_flags.h"
 #include "client_libs/ros2/bridge/map_bridge.h"
 #include "client_libs/ros2/bridge/robot_reporter.h"
+#include "client_libs/ros2/conversion/names.h"
 #include "client_libs/ros2/dds/dds.h"
 
 namespace hypermap::ros2 {

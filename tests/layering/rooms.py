@@ -307,7 +307,7 @@ ROOMS = {
     ),
     "client_libs/ros2": Room(
         ["base/logging", "base/status", "client_libs/cpp", "client_libs/flags",
-         "client_libs/ros2/bridge", "client_libs/ros2/dds"],
+         "client_libs/ros2/bridge", "client_libs/ros2/conversion", "client_libs/ros2/dds"],
         {"absl", "cli11"}, target=None,
     ),
     "client_libs/cli": Room(

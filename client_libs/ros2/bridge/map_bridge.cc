@@ -3,8 +3,6 @@
 #include <atomic>
 #include <utility>
 
-#include "absl/strings/ascii.h"
-#include "absl/strings/str_cat.h"
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "client_libs/cpp/replica/replica.h"
@@ -19,16 +17,6 @@ constexpr absl::Duration kBetweenAttempts = absl::Seconds(1);
 constexpr absl::Duration kLongestWait = absl::Milliseconds(100);
 
 }  // namespace
-
-std::string NameInRos(const std::string& text) {
-  std::string name;
-  for (const char c : text) {
-    name.push_back(absl::ascii_isalnum(static_cast<unsigned char>(c)) ? c : '_');
-  }
-  // A name of ROS does not begin with a digit.
-  return absl::ascii_isdigit(static_cast<unsigned char>(name.front())) ? absl::StrCat("_", name)
-                                                                       : name;
-}
 
 class MapBridge::Loop {
  public:

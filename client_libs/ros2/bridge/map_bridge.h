@@ -32,10 +32,6 @@ struct MapBridgeOptions {
   int64_t max_answer_items = 1'000'000;
 };
 
-// A name of a map or layer as part of a name of ROS: other characters than letters, digits and "_"
-// become "_", and one that begins with a digit gets a "_" before it.
-std::string NameInRos(const std::string& text);
-
 // Follows the map by a replica in memory. Topics and services are there while the map is: they
 // begin when the server has sent it first, and end when it is deleted. While the server is away
 // they show the map as it was last.

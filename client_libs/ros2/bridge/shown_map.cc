@@ -10,6 +10,7 @@
 #include "client_libs/ros2/bridge/loaded_map.h"
 #include "client_libs/ros2/cdr/cdr.h"
 #include "client_libs/ros2/conversion/answers.h"
+#include "client_libs/ros2/conversion/names.h"
 #include "client_libs/ros2/conversion/shapes.h"
 
 namespace hypermap::ros2 {
@@ -27,15 +28,6 @@ void Keep(const std::set<std::string>& names, Topics* topics) {
 }
 
 }  // namespace
-
-std::shared_ptr<const GridLayer> OccupancyLayerOf(const Snapshot& snapshot,
-                                                  const std::string& name) {
-  for (const auto& [layer_name, layer] : snapshot.layers) {
-    const bool is_wanted = name.empty() || layer_name == name;
-    if (is_wanted && layer->spec().kind == LayerKind::kOccupancy) return AsGrid(layer);
-  }
-  return nullptr;
-}
 
 ShownMap::ShownMap(Participant* participant, client::Client client, const MapBridgeOptions& options,
                    SnapshotPtr snapshot)
@@ -183,9 +175,8 @@ absl::Status ShownMap::ShowGrids(const Snapshot& snapshot, absl::Time stamp) {
     names.insert(name);
     std::unique_ptr<GridTopic>& topic = grids_[name];
     if (topic == nullptr) {
-      HYPERMAP_ASSIGN_OR_RETURN(
-          topic, GridTopic::Make(participant_, OwnName(absl::StrCat("grids/", NameInRos(name))),
-                                 options_.mode, options_.send_again_after));
+      HYPERMAP_ASSIGN_OR_RETURN(topic, GridTopic::Make(participant_, OwnName(GridTopicOf(name)),
+                                                       options_.mode, options_.send_again_after));
     }
     topic->Show(std::move(grid), stamp);
   }
@@ -203,9 +194,8 @@ absl::StatusOr<bool> ShownMap::ShowObjects(const Snapshot& snapshot, bool has_mo
     names.insert(name);
     const auto topic = semantic_maps_.find(name);
     if (topic == semantic_maps_.end()) {
-      HYPERMAP_ASSIGN_OR_RETURN(
-          auto made, LatchedTopic<hypermap_msgs::SemanticMap>::Make(
-                         participant_, OwnName(absl::StrCat(NameInRos(name), "_semmap"))));
+      HYPERMAP_ASSIGN_OR_RETURN(auto made, LatchedTopic<hypermap_msgs::SemanticMap>::Make(
+                                               participant_, OwnName(SemanticTopicOf(name))));
       semantic_maps_.emplace(name, std::move(made));
     } else if (shown_->FindLayer(name) == layer.get() && !has_moved) {
       continue;

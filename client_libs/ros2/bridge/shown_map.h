@@ -93,11 +93,6 @@ class ShownMap {
   std::vector<std::unique_ptr<Service>> services_;
 };
 
-// The occupancy layer of /map: the one called `name`, or the first one if that is empty; null if
-// there is none.
-std::shared_ptr<const GridLayer> OccupancyLayerOf(const Snapshot& snapshot,
-                                                  const std::string& name);
-
 }  // namespace hypermap::ros2
 
 #endif  // HYPERMAP_CLIENT_LIBS_ROS2_BRIDGE_SHOWN_MAP_H_
