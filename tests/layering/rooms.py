@@ -287,7 +287,9 @@ ROOMS = {
     # yaml: finds the image that a nav2 map names, which is sent along. storage/interchange: reads
     # ground truth from files. storage/geopackage: checks and repairs files of maps.
     "client_libs/ros2/cdr": Room([], {"absl"}, outside_world=False, target="ros2_cdr"),
-    "client_libs/ros2/messages": Room([], outside_world=False, target="ros2_messages"),
+    "client_libs/ros2/messages": Room(
+        ["base/status"], {"absl"}, outside_world=False, target="ros2_messages",
+    ),
     "client_libs/ros2/conversion": Room(
         ["base/status", "client_libs/ros2/messages", "map", "map/frames", "map/geometry", "map/grid",
          "map/layers", "map/objects", "map/query", "map/robots", "map/values"],

@@ -1,5 +1,6 @@
 """The bytes of all messages equal those of rosbags, an independent implementation of CDR, which
-reads the definitions of client_libs/ros2/packages/hypermap_msgs."""
+reads the definitions of client_libs/ros2/packages/hypermap_msgs; and the definitions of ROS's own messages,
+which exported files carry, equal those that rosbags knows."""
 
 import os
 import subprocess
@@ -10,10 +11,11 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from processes import ROOT
 
 PACKAGES = ROOT / "client_libs" / "ros2" / "packages"
+DEFINITIONS = ROOT / "client_libs" / "ros2" / "messages" / "definitions"
+UPDATE = "map_msgs/msg/OccupancyGridUpdate"
 # Of packages that rosbags does not know.
 OTHERS = {
-    "map_msgs/msg/OccupancyGridUpdate":
-        "std_msgs/Header header\nint32 x\nint32 y\nuint32 width\nuint32 height\nint8[] data",
+    UPDATE: (DEFINITIONS / f"{UPDATE}.msg").read_text(),
     "nav2_msgs/msg/CostmapFilterInfo":
         "std_msgs/Header header\nuint8 type\nstring filter_mask_topic\nfloat32 base\n"
         "float32 multiplier",
@@ -57,6 +59,17 @@ class MessagesTest(unittest.TestCase):
                 kind = as_message(name)
                 message = store.deserialize_cdr(bytes.fromhex(sample), kind)
                 self.assertEqual(bytes(store.serialize_cdr(message, kind)).hex(), sample)
+
+    def test_definitions_equal_those_of_rosbags(self):
+        store = get_typestore(Stores.ROS2_JAZZY)
+        paths = sorted(DEFINITIONS.glob("*/msg/*.msg"))
+        self.assertGreater(len(paths), 20)
+        for path in paths:
+            name = str(path.relative_to(DEFINITIONS).with_suffix(""))
+            with self.subTest(name):
+                (_, fields), = get_types_from_msg(path.read_text(), name).values()
+                if name != UPDATE:
+                    self.assertEqual(fields, store.fielddefs[name][1])
 
 
 if __name__ == "__main__":
