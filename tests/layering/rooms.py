@@ -295,6 +295,10 @@ ROOMS = {
          "map/layers", "map/objects", "map/query", "map/robots", "map/values"],
         {"absl", "eigen"}, outside_world=False, target="ros2_conversion",
     ),
+    # zlib: CRCs.
+    "client_libs/ros2/mcap": Room(
+        ["base/status"], {"absl"}, hidden={"zlib"}, outside_world=False, target="ros2_mcap",
+    ),
     # The only room that knows Fast DDS.
     "client_libs/ros2/dds": Room(
         ["base/logging", "base/status", "base/sync", "client_libs/ros2/cdr",
