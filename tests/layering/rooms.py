@@ -299,6 +299,12 @@ ROOMS = {
     "client_libs/ros2/mcap": Room(
         ["base/status"], {"absl"}, hidden={"zlib"}, outside_world=False, target="ros2_mcap",
     ),
+    "client_libs/ros2/recording": Room(
+        ["base/status", "client_libs/cpp", "client_libs/ros2/cdr", "client_libs/ros2/conversion",
+         "client_libs/ros2/mcap", "client_libs/ros2/messages", "map", "map/frames", "map/geometry",
+         "map/layers", "map/watch"],
+        {"absl"}, target="ros2_recording",
+    ),
     # The only room that knows Fast DDS.
     "client_libs/ros2/dds": Room(
         ["base/logging", "base/status", "base/sync", "client_libs/ros2/cdr",
