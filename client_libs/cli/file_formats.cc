@@ -24,6 +24,7 @@ constexpr KnownFormat kFormats[] = {
     {"geojson", ".geojson", client::FileFormat::kGeoJson},
     {"geojson", ".json", client::FileFormat::kGeoJson},
     {"gpkg", ".gpkg", GeoPackage{}},
+    {"mcap", ".mcap", Mcap{}},
 };
 
 }  // namespace
@@ -45,6 +46,9 @@ absl::StatusOr<client::FileFormat> ImportFormatOf(const std::string& name,
                                                   const std::string& path) {
   HYPERMAP_ASSIGN_OR_RETURN(const ExportFormat format, ExportFormatOf(name, path));
   if (const auto* interchange = std::get_if<client::FileFormat>(&format)) return *interchange;
+  if (std::holds_alternative<Mcap>(format)) {
+    return absl::InvalidArgumentError("an MCAP file can't be imported; see hypermap-bag");
+  }
   return absl::InvalidArgumentError(
       "a GeoPackage can't be imported; it is a whole map: copy it into the server's data folder");
 }

@@ -13,13 +13,16 @@ namespace hypermap::cli {
 // The map as it is stored.
 struct GeoPackage {};
 
-using ExportFormat = std::variant<client::FileFormat, GeoPackage>;
+// The history of the map as messages of ROS 2.
+struct Mcap {};
 
-// `name` is hmap, nav2, geojson or gpkg; if empty, the extension of `path` decides.
+using ExportFormat = std::variant<client::FileFormat, GeoPackage, Mcap>;
+
+// `name` is hmap, nav2, geojson, gpkg or mcap; if empty, the extension of `path` decides.
 // INVALID_ARGUMENT if neither is known.
 absl::StatusOr<ExportFormat> ExportFormatOf(const std::string& name, const std::string& path);
 
-// The same, without gpkg.
+// The same, without gpkg and mcap.
 absl::StatusOr<client::FileFormat> ImportFormatOf(const std::string& name, const std::string& path);
 
 }  // namespace hypermap::cli

@@ -1,4 +1,5 @@
 // import, edit, export, backup, restore.
+#include <algorithm>
 #include <cerrno>
 #include <filesystem>
 #include <fstream>
@@ -9,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "client_libs/cli/commands.h"
 #include "client_libs/cli/feature_edits.h"
@@ -16,6 +18,7 @@
 #include "client_libs/cli/file_io.h"
 #include "client_libs/cli/nav2_files.h"
 #include "client_libs/cli/validators.h"
+#include "client_libs/ros2/recording/history.h"
 
 namespace hypermap::cli {
 namespace {
@@ -43,6 +46,7 @@ struct ExportCommand {
   std::string image;
   ExportFormat format;
   client::ExportOptions options;
+  ros2::HistoryOptions history;  // for MCAP
 };
 
 struct RestoreCommand {
@@ -131,7 +135,30 @@ absl::StatusOr<std::vector<client::NamedFile>> NameFiles(client::FileFormat form
   return files;
 }
 
+absl::Status ExportHistory(const ExportCommand& command, Session& s) {
+  ros2::HistoryOptions options = command.history;
+  options.map = command.map;
+  options.layers = command.options.layers;
+  options.timeout = s.timeout;
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<OutputFile> file, OutputFile::Create(command.path));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const ros2::RecordedHistory history,
+      ros2::RecordHistory(s.client, options,
+                          [&file](absl::string_view bytes) { return file->Append(bytes); }));
+  HYPERMAP_RETURN_IF_ERROR(file->Commit());
+  WrittenFiles written{command.map, history.to, {command.path}, {}};
+  // Nobody misses the empty map before revision 1.
+  const Revision first = std::max<Revision>(history.oldest, 1);
+  if (!options.from && history.from > first) {
+    written.omissions.push_back(absl::StrCat("revisions ", first, " to ", history.from - 1,
+                                             ", whose layers and frames are not known any more"));
+  }
+  s.output.Show(written);
+  return absl::OkStatus();
+}
+
 absl::Status Export(const ExportCommand& command, Session& s) {
+  if (std::holds_alternative<Mcap>(command.format)) return ExportHistory(command, s);
   const auto* format = std::get_if<client::FileFormat>(&command.format);
   if (format == nullptr) return Backup(command.map, command.path, s);
   HYPERMAP_ASSIGN_OR_RETURN(auto answer, s.client.ExportMap(command.map, *format, command.options));
@@ -144,6 +171,30 @@ absl::Status Export(const ExportCommand& command, Session& s) {
   }
   s.output.Show(written);
   return absl::OkStatus();
+}
+
+// Adds the options that are for MCAP only, and returns them.
+std::vector<CLI::Option*> AddHistoryOptions(CLI::App& exporting, ros2::HistoryOptions& history) {
+  return {
+      exporting
+          .add_option("--from", history.from,
+                      "For mcap: first revision (default: the oldest that is kept)")
+          ->type_name("REVISION")
+          ->check(CLI::NonNegativeNumber),
+      exporting.add_option("--to", history.to, "For mcap: last revision (default: the newest)")
+          ->type_name("REVISION")
+          ->check(CLI::NonNegativeNumber),
+      exporting
+          .add_option("--occupancy", history.recorder.occupancy_layer,
+                      "For mcap: layer of the topic /map (default: the first occupancy layer)")
+          ->type_name("LAYER"),
+      exporting
+          .add_option("--whole_grid_cells,--whole-grid-cells", history.recorder.whole_grid_cells,
+                      "For mcap: a grid with at most so many cells is written whole whenever "
+                      "it changes, of a larger one mostly the cells that change")
+          ->type_name("NUMBER")
+          ->check(CLI::NonNegativeNumber)
+          ->capture_default_str()};
 }
 
 void AddImport(CLI::App& app, Command& selected) {
@@ -204,8 +255,10 @@ void AddExport(CLI::App& app, Command& selected) {
       ->add_option("--output,-o", command->path, "File to write; for a nav2 map, its YAML file")
       ->required()
       ->type_name("FILE");
-  exporting->add_option("--format", command->format_name,
-                        "Format: hmap, nav2, geojson or gpkg (default: by the file's extension)");
+  exporting->add_option(
+      "--format", command->format_name,
+      "Format: hmap, nav2, geojson, gpkg or mcap, the map's history for ROS 2 (default: "
+      "by the file's extension)");
   exporting
       ->add_option("--layer", command->options.layers,
                    "Layer to export; may be repeated (default: all)")
@@ -213,12 +266,18 @@ void AddExport(CLI::App& app, Command& selected) {
       ->allow_extra_args(false);
   exporting->add_option("--image", command->image, "Image format, for nav2: pgm (default) or png")
       ->check(CLI::IsMember({"pgm", "png"}));
-  exporting->callback([&selected, command] {
+  const std::vector<CLI::Option*> of_history = AddHistoryOptions(*exporting, command->history);
+  exporting->callback([&selected, command, of_history] {
     command->format = ValueOrUsageError(ExportFormatOf(command->format_name, command->path));
     const bool whole_map = std::holds_alternative<GeoPackage>(command->format);
     if (whole_map && !command->options.layers.empty()) {
       throw CLI::ValidationError(
           "--layer: not with a GeoPackage, which always contains the whole map");
+    }
+    for (const CLI::Option* option : of_history) {
+      if (option->count() > 0 && !std::holds_alternative<Mcap>(command->format)) {
+        throw CLI::ValidationError(option->get_name() + ": only with the format mcap");
+      }
     }
     if (command->image == "png") command->options.image = client::ImageFormat::kPng;
     selected = [command](Session& s) { return Export(*command, s); };
