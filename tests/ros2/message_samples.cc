@@ -69,6 +69,7 @@ int main() {
   PrintMessages<nav_msgs::OccupancyGrid, map_msgs::OccupancyGridUpdate, tf2_msgs::TFMessage,
                 visualization_msgs::MarkerArray, nav2_msgs::CostmapFilterInfo,
                 hypermap_msgs::SemanticMap, geometry_msgs::PoseWithCovarianceStamped,
+                sensor_msgs::Image, sensor_msgs::CameraInfo, vision_msgs::Detection2DArray,
                 rmw_dds_common::ParticipantEntitiesInfo<16>>();
   PrintServices<nav_msgs::GetMap, nav2_msgs::LoadMap, hypermap_msgs::GetIntAtPoint,
                 hypermap_msgs::GetStringAtPoint, hypermap_msgs::GetIntsByArea,

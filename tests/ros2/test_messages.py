@@ -19,6 +19,19 @@ OTHERS = {
     "nav2_msgs/msg/CostmapFilterInfo":
         "std_msgs/Header header\nuint8 type\nstring filter_mask_topic\nfloat32 base\n"
         "float32 multiplier",
+    # The version of Humble and later.
+    "vision_msgs/msg/Point2D": "float64 x\nfloat64 y",
+    "vision_msgs/msg/Pose2D": "vision_msgs/Point2D position\nfloat64 theta",
+    "vision_msgs/msg/BoundingBox2D":
+        "vision_msgs/Pose2D center\nfloat64 size_x\nfloat64 size_y",
+    "vision_msgs/msg/ObjectHypothesis": "string class_id\nfloat64 score",
+    "vision_msgs/msg/ObjectHypothesisWithPose":
+        "vision_msgs/ObjectHypothesis hypothesis\ngeometry_msgs/PoseWithCovariance pose",
+    "vision_msgs/msg/Detection2D":
+        "std_msgs/Header header\nvision_msgs/ObjectHypothesisWithPose[] results\n"
+        "vision_msgs/BoundingBox2D bbox\nstring id",
+    "vision_msgs/msg/Detection2DArray":
+        "std_msgs/Header header\nvision_msgs/Detection2D[] detections",
     "nav2_msgs/srv/LoadMap_Request": "string map_url",
     "nav2_msgs/srv/LoadMap_Response": "nav_msgs/OccupancyGrid map\nuint8 result",
     # A message without fields has one that nobody uses.
@@ -52,7 +65,7 @@ class MessagesTest(unittest.TestCase):
             store.register({k: v for k, v in types.items() if k not in store.fielddefs})
         samples = subprocess.run([os.environ["ROS2_MESSAGE_SAMPLES"]], check=True,
                                  capture_output=True, text=True).stdout.splitlines()
-        self.assertEqual(len(samples), 28)
+        self.assertEqual(len(samples), 31)
         for line in samples:
             name, sample = line.split()
             with self.subTest(name):

@@ -269,7 +269,126 @@ struct CompressedImage {
   }
 };
 
+struct Image {
+  static constexpr char kType[] = "sensor_msgs::msg::dds_::Image_";
+  std_msgs::Header header;
+  uint32_t height = 0;
+  uint32_t width = 0;
+  std::string encoding;
+  uint8_t is_bigendian = 0;
+  uint32_t step = 0;  // bytes of a row
+  std::vector<uint8_t> data;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.header, m.height, m.width, m.encoding, m.is_bigendian, m.step, m.data);
+  }
+};
+
+struct RegionOfInterest {
+  uint32_t x_offset = 0;
+  uint32_t y_offset = 0;
+  uint32_t height = 0;
+  uint32_t width = 0;
+  bool do_rectify = false;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.x_offset, m.y_offset, m.height, m.width, m.do_rectify);
+  }
+};
+
+struct CameraInfo {
+  static constexpr char kType[] = "sensor_msgs::msg::dds_::CameraInfo_";
+  std_msgs::Header header;
+  uint32_t height = 0;
+  uint32_t width = 0;
+  std::string distortion_model;
+  std::vector<double> d;
+  // 3×3, 3×3 and 3×4 matrices, row by row.
+  std::array<double, 9> k{};
+  std::array<double, 9> r{};
+  std::array<double, 12> p{};
+  uint32_t binning_x = 0;
+  uint32_t binning_y = 0;
+  RegionOfInterest roi;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.header, m.height, m.width, m.distortion_model, m.d, m.k, m.r, m.p,
+                    m.binning_x, m.binning_y, m.roi);
+  }
+};
+
 }  // namespace sensor_msgs
+
+namespace vision_msgs {
+
+struct Point2D {
+  double x = 0;
+  double y = 0;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.x, m.y);
+  }
+};
+
+struct Pose2D {
+  Point2D position;
+  double theta = 0;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.position, m.theta);
+  }
+};
+
+struct BoundingBox2D {
+  Pose2D center;
+  double size_x = 0;
+  double size_y = 0;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.center, m.size_x, m.size_y);
+  }
+};
+
+struct ObjectHypothesis {
+  std::string class_id;
+  double score = 0;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.class_id, m.score);
+  }
+};
+
+struct ObjectHypothesisWithPose {
+  ObjectHypothesis hypothesis;
+  geometry_msgs::PoseWithCovariance pose;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.hypothesis, m.pose);
+  }
+};
+
+struct Detection2D {
+  std_msgs::Header header;
+  std::vector<ObjectHypothesisWithPose> results;
+  BoundingBox2D bbox;
+  std::string id;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.header, m.results, m.bbox, m.id);
+  }
+};
+
+struct Detection2DArray {
+  static constexpr char kType[] = "vision_msgs::msg::dds_::Detection2DArray_";
+  std_msgs::Header header;
+  std::vector<Detection2D> detections;
+  template <typename M>
+  static auto Tie(M& m) {
+    return std::tie(m.header, m.detections);
+  }
+};
+
+}  // namespace vision_msgs
 
 namespace visualization_msgs {
 
