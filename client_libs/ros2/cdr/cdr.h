@@ -113,10 +113,16 @@ class CdrReader {
   void Get(std::vector<T>& sequence) {
     uint32_t size = 0;
     Get(size);
+    sequence.clear();
     // Every element takes at least a byte: a false size allocates nothing.
     if (size > left_.size()) return Fail("a sequence is longer than the message");
-    sequence.resize(size);
-    for (T& element : sequence) Get(element);
+    if constexpr (kIsCdrNumber<T> && sizeof(T) == 1 && !std::is_same_v<T, bool>) {
+      const absl::string_view bytes = GetRaw(size);
+      sequence.assign(bytes.begin(), bytes.end());
+    } else {
+      // One by one: an element may take far more memory than bytes.
+      for (uint32_t i = 0; i < size && status_.ok(); ++i) Get(sequence.emplace_back());
+    }
   }
   template <typename T, size_t n>
   void Get(std::array<T, n>& array) {

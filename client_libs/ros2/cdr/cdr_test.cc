@@ -82,6 +82,28 @@ TEST(CdrTest, FalseLengthsAllocateNothing) {
   EXPECT_FALSE(DecodeCdr<hypermap_msgs::GetSemanticByString::Request>(bytes).ok());
 }
 
+TEST(CdrTest, FalseLengthsOfLargeElementsAllocateLittle) {
+  CdrWriter writer;
+  writer.Put(std_msgs::Header());
+  writer.Put(uint32_t{1'000'000});
+  writer.PutRaw(std::string(1'000'000, '\xff'));
+  const std::string bytes = std::move(writer).Finish();
+  CdrReader reader(bytes);
+  vision_msgs::Detection2DArray message;
+  reader.Get(message);
+  EXPECT_FALSE(reader.status().ok());
+  EXPECT_LE(message.detections.size(), 1U);
+}
+
+TEST(CdrTest, BytesAreCopiedAtOnce) {
+  sensor_msgs::Image image;
+  image.encoding = "mono8";
+  image.data = {0, 1, 254, 255};
+  const auto decoded = DecodeCdr<sensor_msgs::Image>(EncodeCdr(image));
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->data, image.data);
+}
+
 TEST(CdrTest, OtherEncodingsAreRefused) {
   EXPECT_FALSE(
       DecodeCdr<builtin_interfaces::Time>(std::string("\0\3\0\0\0\0\0\1\0\0\0\2", 12)).ok());
