@@ -2,11 +2,15 @@
 
 #include <fastdds/dds/log/Log.hpp>
 #include <fastdds/dds/subscriber/SampleInfo.hpp>
+#include <set>
 #include <sstream>
 #include <utility>
+#include <vector>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "base/sync/mutex.h"
 #include "client_libs/ros2/dds/node.h"
 #include "client_libs/ros2/dds/service_server.h"
 #include "client_libs/ros2/dds/task_loop.h"
@@ -15,10 +19,14 @@ namespace hypermap::ros2 {
 namespace {
 
 using ::eprosima::fastdds::dds::PublicationMatchedStatus;
+using ::eprosima::fastdds::dds::RELIABLE_RELIABILITY_QOS;
 using ::eprosima::fastdds::dds::SampleInfo;
+using ::eprosima::fastdds::dds::SubscriptionMatchedStatus;
 using ::eprosima::fastrtps::types::ReturnCode_t;
 
 constexpr int kDepth = 10;
+// Of subscriptions, as those of tf2: messages of many publishers may come in a burst.
+constexpr int kSubscriptionDepth = 100;
 
 std::string TopicOf(const std::string& name) { return absl::StrCat("rt", name); }
 
@@ -57,31 +65,64 @@ class NodePublisher : public Publisher, private DataWriterListener {
   DataWriter* writer_ = nullptr;
 };
 
+// Has a second reader for kAsOffered: reliable readers are not matched with publishers that are
+// best effort, and readers that are best effort are matched with all.
 class NodeSubscription : public Subscription, private DataReaderListener {
  public:
   NodeSubscription(Node* node, MessageHandler handler)
       : node_(node), handler_(std::move(handler)) {}
   ~NodeSubscription() override {
-    if (reader_ != nullptr) node_->Remove(reader_);
+    for (DataReader* const reader : readers_) node_->Remove(reader);
   }
 
   absl::Status Open(const std::string& name, const std::string& type, TopicQos qos) {
-    HYPERMAP_ASSIGN_OR_RETURN(reader_, node_->AddReader(TopicOf(name), type, qos, kDepth, this));
-    return absl::OkStatus();
+    if (qos != TopicQos::kAsOffered) return AddReader(name, type, qos);
+    HYPERMAP_RETURN_IF_ERROR(AddReader(name, type, TopicQos::kReliable));
+    return AddReader(name, type, TopicQos::kBestEffort);
   }
 
  private:
+  absl::Status AddReader(const std::string& name, const std::string& type, TopicQos qos) {
+    HYPERMAP_ASSIGN_OR_RETURN(DataReader* const reader,
+                              node_->AddReader(TopicOf(name), type, qos, kSubscriptionDepth, this));
+    readers_.push_back(reader);
+    return absl::OkStatus();
+  }
+
+  void on_subscription_matched(DataReader* reader,
+                               const SubscriptionMatchedStatus& status) override {
+    if (!IsReliable(*reader)) return;
+    const GUID_t writer = iHandle2GUID(status.last_publication_handle);
+    const MutexLock lock(&mutex_);
+    if (status.current_count_change > 0) {
+      reliable_.insert(writer);
+    } else if (status.current_count_change < 0) {
+      reliable_.erase(writer);
+    }
+  }
+
   void on_data_available(DataReader* reader) override {
     std::string message;
     SampleInfo info;
+    const MutexLock lock(&mutex_);
     while (reader->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK) {
-      if (info.valid_data) handler_(message);
+      const GUID_t writer = iHandle2GUID(info.publication_handle);
+      const bool is_own = writer.guidPrefix == reader->guid().guidPrefix;
+      // The reliable reader has the message, or will have it.
+      const bool is_twice = !IsReliable(*reader) && reliable_.contains(writer);
+      if (info.valid_data && !is_own && !is_twice) handler_(message);
     }
+  }
+
+  static bool IsReliable(const DataReader& reader) {
+    return reader.get_qos().reliability().kind == RELIABLE_RELIABILITY_QOS;
   }
 
   Node* const node_;
   const MessageHandler handler_;
-  DataReader* reader_ = nullptr;
+  std::vector<DataReader*> readers_;
+  Mutex mutex_;                                        // Held while a message is handled, too.
+  std::set<GUID_t> reliable_ ABSL_GUARDED_BY(mutex_);  // Publishers of the reliable reader.
 };
 
 class NodeParticipant : public Participant {

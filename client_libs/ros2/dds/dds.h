@@ -71,6 +71,8 @@ enum class TopicQos {
   kLatched,     // reliable, transient local, depth 1: who comes late gets the newest
   kReliable,    // reliable, volatile, depth 10
   kBestEffort,  // best effort, volatile, depth 10
+  // For subscriptions: reliable with publishers that are, best effort with the others, volatile.
+  kAsOffered,
 };
 
 // One node. Thread safe.
@@ -92,6 +94,7 @@ class Participant {
                                                          const std::string& type, std::string empty,
                                                          ServiceHandler handler) = 0;
 
+  // Messages of this node itself are left out.
   virtual absl::StatusOr<std::unique_ptr<Subscription>> Subscribe(const std::string& name,
                                                                   const std::string& type,
                                                                   TopicQos qos,

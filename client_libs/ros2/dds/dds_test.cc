@@ -5,8 +5,10 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <memory>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "base/sync/mutex.h"
@@ -115,6 +117,40 @@ TEST(ParticipantTest, WhoComesLateGetsTheNewestLatchedMessage) {
   }
   EXPECT_TRUE(changes.Await("left"));
   EXPECT_EQ((*publisher)->num_subscribers(), 0);
+}
+
+TEST(ParticipantTest, ASubscriptionTakesReliableAndBestEffortPublishersButNotItsOwn) {
+  constexpr char kType[] = "builtin_interfaces::msg::dds_::Time_";
+  const auto reader = Participant::Make(OptionsOf("reader"));
+  const auto writer = Participant::Make(OptionsOf("writer"));
+  ASSERT_TRUE(reader.ok()) << reader.status();
+  ASSERT_TRUE(writer.ok()) << writer.status();
+  Arrivals arrivals;
+  int num_arrived = 0;
+  const auto subscription =
+      (*reader)->Subscribe("/time", kType, TopicQos::kAsOffered, [&](absl::string_view message) {
+        ++num_arrived;
+        arrivals.Add(absl::StrCat(DecodeCdr<builtin_interfaces::Time>(message)->sec));
+      });
+  ASSERT_TRUE(subscription.ok()) << subscription.status();
+  std::vector<std::unique_ptr<Publisher>> publishers;
+  const auto advertise = [&](Participant& node, TopicQos qos) {
+    Arrivals joined;
+    auto publisher = node.Advertise("/time", kType, qos, [&joined](const Subscriber& subscriber) {
+      joined.Add(absl::StrCat(subscriber.count));
+    });
+    ASSERT_TRUE(publisher.ok()) << publisher.status();
+    // A reliable publisher is matched with both readers of the subscription.
+    EXPECT_TRUE(joined.Await(qos == TopicQos::kReliable ? "2" : "1"));
+    publishers.push_back(*std::move(publisher));
+  };
+  advertise(**reader, TopicQos::kReliable);
+  advertise(**writer, TopicQos::kReliable);
+  advertise(**writer, TopicQos::kBestEffort);
+  for (int32_t i = 0; i < 3; ++i) publishers[i]->Publish(EncodeCdr(builtin_interfaces::Time{i, 0}));
+  EXPECT_TRUE(arrivals.Await("2"));
+  EXPECT_TRUE(arrivals.Await("1"));
+  EXPECT_EQ(num_arrived, 2);
 }
 
 }  // namespace

@@ -70,6 +70,7 @@ dds::DomainParticipantQos QosOf(const DdsOptions& options) {
   return qos;
 }
 
+// REQUIRES: `profile` is not kAsOffered, which is two readers.
 template <typename Qos>
 void SetTopicQos(TopicQos profile, int depth, Qos* qos) {
   qos->durability().kind = profile == TopicQos::kLatched ? dds::TRANSIENT_LOCAL_DURABILITY_QOS
@@ -77,14 +78,14 @@ void SetTopicQos(TopicQos profile, int depth, Qos* qos) {
   qos->reliability().kind = profile == TopicQos::kBestEffort ? dds::BEST_EFFORT_RELIABILITY_QOS
                                                              : dds::RELIABLE_RELIABILITY_QOS;
   qos->history().kind = dds::KEEP_LAST_HISTORY_QOS;
-  qos->history().depth = profile == TopicQos::kLatched ? 1 : depth;
+  qos->history().depth = depth;
   qos->resource_limits().allocated_samples = 1;
   qos->endpoint().history_memory_policy = eprosima::fastrtps::rtps::DYNAMIC_REUSABLE_MEMORY_MODE;
 }
 
 dds::DataWriterQos WriterQosOf(TopicQos profile, int depth) {
   dds::DataWriterQos qos;
-  SetTopicQos(profile, depth, &qos);
+  SetTopicQos(profile, profile == TopicQos::kLatched ? 1 : depth, &qos);
   // On another thread: a message of more than a datagram needs this, and a subscriber that is slow
   // or has died does not hold up the others.
   qos.publish_mode().kind = dds::ASYNCHRONOUS_PUBLISH_MODE;
