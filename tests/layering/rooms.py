@@ -291,9 +291,10 @@ ROOMS = {
         ["base/status"], {"absl"}, outside_world=False, target="ros2_messages",
     ),
     "client_libs/ros2/conversion": Room(
-        ["base/status", "client_libs/ros2/messages", "map", "map/frames", "map/geometry", "map/grid",
-         "map/layers", "map/objects", "map/query", "map/robots", "map/values"],
-        {"absl", "eigen"}, outside_world=False, target="ros2_conversion",
+        ["base/images", "base/status", "base/text", "client_libs/ros2/messages", "map", "map/frames",
+         "map/geometry", "map/grid", "map/layers", "map/objects", "map/query", "map/robots",
+         "map/values", "proto"],
+        {"absl", "eigen", "protobuf"}, outside_world=False, target="ros2_conversion",
     ),
     # zlib: CRCs.
     "client_libs/ros2/mcap": Room(
@@ -311,11 +312,12 @@ ROOMS = {
          "client_libs/ros2/messages"],
         {"absl"}, hidden={"fastdds"}, target="ros2_dds",
     ),
+    # grpc: the stream of frames to an ingest worker.
     "client_libs/ros2/bridge": Room(
         ["base/logging", "base/status", "base/sync", "client_libs/cpp", "client_libs/cpp/replica",
          "client_libs/ros2/cdr", "client_libs/ros2/conversion", "client_libs/ros2/dds",
-         "client_libs/ros2/messages", "map", "map/layers", "map/values"],
-        {"absl"}, target="ros2_bridge",
+         "client_libs/ros2/messages", "map", "map/layers", "map/values", "proto", "wire"],
+        {"absl"}, hidden={"grpc"}, target="ros2_bridge",
     ),
     "client_libs/ros2": Room(
         ["base/logging", "base/status", "client_libs/cpp", "client_libs/flags",

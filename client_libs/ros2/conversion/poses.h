@@ -5,6 +5,8 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "client_libs/ros2/conversion/rigid_transform.h"
 #include "client_libs/ros2/messages/messages.h"
 #include "map/robots/robot_report.h"
 
@@ -15,6 +17,11 @@ namespace hypermap::ros2 {
 // INVALID_ARGUMENT for a pose that is not finite.
 absl::StatusOr<RobotReport> ToReport(const std::string& robot,
                                      const geometry_msgs::PoseWithCovarianceStamped& message);
+
+// The same of a frame of the robot, without a covariance. `frame_id` may be empty: the map's own.
+absl::StatusOr<RobotReport> ToReport(const std::string& robot, absl::Time stamp,
+                                     const std::string& frame_id,
+                                     const RigidTransform& frame_from_robot);
 
 }  // namespace hypermap::ros2
 

@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 namespace hypermap::ros2 {
 namespace {
@@ -44,6 +45,17 @@ TEST(PosesTest, APoseThatIsNotFiniteIsRefused) {
   const double nan = std::numeric_limits<double>::quiet_NaN();
   EXPECT_FALSE(ToReport("r1", Pose(nan, 0, 0)).ok());
   EXPECT_FALSE(ToReport("r1", Pose(0, 0, nan)).ok());
+}
+
+TEST(PosesTest, ATransformIsAPoseWithoutCovariance) {
+  const RigidTransform pose = {{1.5, -2.0, 0.3}, {0.0, 0.0, 0.0, 1.0}};
+  const auto report = ToReport("r1", absl::FromUnixMillis(12'500), "", pose);
+  ASSERT_TRUE(report.ok()) << report.status();
+  EXPECT_EQ(report->stamp, absl::FromUnixMillis(12'500));
+  EXPECT_EQ(report->frame_id, "");
+  EXPECT_EQ(report->frame_from_robot.y(), -2.0);
+  EXPECT_NEAR(std::abs(report->frame_from_robot.yaw()), std::numbers::pi, 1e-12);
+  EXPECT_FALSE(report->covariance.has_value());
 }
 
 }  // namespace
