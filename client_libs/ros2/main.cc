@@ -17,13 +17,18 @@
 #include "client_libs/cpp/scoped_grpc.h"
 #include "client_libs/flags/command_table.h"
 #include "client_libs/flags/connection_flags.h"
+#include "client_libs/ros2/bridge/detection_feed.h"
 #include "client_libs/ros2/bridge/map_bridge.h"
+#include "client_libs/ros2/bridge/map_poses.h"
 #include "client_libs/ros2/bridge/robot_reporter.h"
+#include "client_libs/ros2/camera_flags.h"
 #include "client_libs/ros2/conversion/names.h"
 #include "client_libs/ros2/dds/dds.h"
 
 namespace hypermap::ros2 {
 namespace {
+
+constexpr absl::Duration kMapTimeout = absl::Seconds(5);
 
 struct Flags {
   client::ConnectionFlags connection;
@@ -36,14 +41,41 @@ struct Flags {
   std::string keep_out;
   std::string speed;
   double send_again_seconds = 5.0;
+  MapPosesOptions poses;
+  std::string map_frame;
+  std::string frame_id;
+  double max_pose_gap = 0.5;
+  CameraFlags camera;
 };
+
+void AddPoseFlags(CLI::App& app, Flags& flags) {
+  app.add_option(
+         "--robot", flags.robots,
+         "Reports the poses of a topic (geometry_msgs/msg/PoseWithCovarianceStamped), or those of "
+         "a frame of tf in the map's frame, to the first map as those of a robot; may be repeated")
+      ->type_name("NAME=/TOPIC|NAME=tf:FRAME");
+  app.add_option("--tf", flags.poses.tf, "Topic of tf")->type_name("TOPIC")->capture_default_str();
+  app.add_option("--tf_static", flags.poses.tf_static, "Topic of static transforms")
+      ->type_name("TOPIC")
+      ->capture_default_str();
+  app.add_option("--map_frame", flags.map_frame,
+                 "Frame of tf in which poses are told (default: the first map's own; `map` without "
+                 "a map)")
+      ->type_name("FRAME");
+  app.add_option("--frame_id", flags.frame_id,
+                 "What Hypermap calls the frame of --map_frame (default: the map's own)")
+      ->type_name("FRAME");
+  app.add_option("--max_pose_gap", flags.max_pose_gap,
+                 "Largest seconds between samples of tf to interpolate")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
+}
 
 void AddFlags(CLI::App& app, Flags& flags) {
   client::AddConnectionFlags(app, flags.connection);
   app.add_option(
          "--map", flags.maps,
          "Map to show; may be repeated: with several maps, all names of each begin with /MAP")
-      ->required()
       ->type_name("MAP");
   app.add_option("--occupancy", flags.map.occupancy_layer,
                  "Layer of /map and of the masks (default: the first occupancy layer by name)")
@@ -69,11 +101,8 @@ void AddFlags(CLI::App& app, Flags& flags) {
                  "Largest number of locations in the answer of a service")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option(
-         "--robot", flags.robots,
-         "Reports the poses of a topic (geometry_msgs/msg/PoseWithCovarianceStamped) to the "
-         "first map as those of a robot; may be repeated")
-      ->type_name("NAME=TOPIC");
+  AddPoseFlags(app, flags);
+  AddCameraFlags(app, flags.camera);
   app.add_option("--domain", flags.dds.domain, "Domain of ROS 2")
       ->envname("ROS_DOMAIN_ID")
       ->check(CLI::Range(0, 232))
@@ -94,35 +123,97 @@ absl::Status ReadZones(const std::string& text, std::optional<ValueQuery>* value
   return absl::OkStatus();
 }
 
+// What runs until the program ends.
+struct Running {
+  std::unique_ptr<Participant> participant;
+  std::vector<std::unique_ptr<MapBridge>> bridges;
+  std::unique_ptr<MapPoses> poses;  // null if nobody needs them
+  std::vector<std::unique_ptr<RobotReporter>> reporters;
+  std::unique_ptr<DetectionFeed> feed;
+};
+
+absl::Status StartBridges(const Flags& flags, const client::Client& client, Running* running) {
+  for (const std::string& map : flags.maps) {
+    MapBridgeOptions options = flags.map;
+    options.map = map;
+    if (flags.maps.size() > 1) options.name_prefix = absl::StrCat("/", NameInRos(map));
+    HYPERMAP_ASSIGN_OR_RETURN(
+        running->bridges.emplace_back(),
+        MapBridge::Start(running->participant.get(), client, std::move(options)));
+  }
+  return absl::OkStatus();
+}
+
+// Starts to listen to tf, unless that was done.
+absl::Status StartPoses(const Flags& flags, const client::Client& client, Running* running) {
+  if (running->poses != nullptr) return absl::OkStatus();
+  MapPosesOptions options = flags.poses;
+  options.max_gap = absl::Seconds(flags.max_pose_gap);
+  if (flags.map_frame.empty() && !flags.maps.empty()) {
+    options.find_map_frame = [client = client,
+                              map = flags.maps.front()]() mutable -> absl::StatusOr<std::string> {
+      HYPERMAP_ASSIGN_OR_RETURN(const client::MapEntry entry,
+                                client.GetMap(map, {.timeout = kMapTimeout}));
+      return entry.frame_id;
+    };
+  } else {
+    options.find_map_frame = [name = flags.map_frame.empty() ? "map" : flags.map_frame] {
+      return name;
+    };
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(running->poses,
+                            MapPoses::Start(running->participant.get(), std::move(options)));
+  return absl::OkStatus();
+}
+
+absl::Status StartReporters(const Flags& flags, const client::Client& client, Running* running) {
+  for (const std::string& robot : flags.robots) {
+    HYPERMAP_ASSIGN_OR_RETURN(const RobotSource source, ParseRobotSource(robot));
+    auto& reporter = running->reporters.emplace_back();
+    if (source.frame.empty()) {
+      HYPERMAP_ASSIGN_OR_RETURN(reporter, RobotReporter::OfTopic(running->participant.get(), client,
+                                                                 flags.maps.front(), source));
+      continue;
+    }
+    HYPERMAP_RETURN_IF_ERROR(StartPoses(flags, client, running));
+    HYPERMAP_ASSIGN_OR_RETURN(reporter, RobotReporter::OfFrame(running->poses.get(), flags.frame_id,
+                                                               client, flags.maps.front(), source));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status StartFeed(const Flags& flags, const client::Client& client, Running* running) {
+  if (!flags.camera.is_set()) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(DetectionFeedOptions options,
+                            FeedOptionsOf(flags.camera, absl::Seconds(flags.max_pose_gap)));
+  options.frame_id = flags.frame_id;
+  HYPERMAP_RETURN_IF_ERROR(StartPoses(flags, client, running));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      running->feed,
+      DetectionFeed::Start(running->participant.get(), running->poses.get(), std::move(options)));
+  return absl::OkStatus();
+}
+
 // Runs until SIGINT or SIGTERM.
 absl::Status Run(Flags flags) {
   flags.map.mode = flags.mode == "scale" ? GridMode::kScale : GridMode::kTrinary;
   flags.map.node = absl::StrCat("/", flags.dds.node_name);
   flags.map.send_again_after = absl::Seconds(flags.send_again_seconds);
   flags.dds.gid_bytes = flags.distro == "humble" ? 24 : 16;
+  if (flags.maps.empty() && (!flags.camera.is_set() || !flags.robots.empty())) {
+    return absl::InvalidArgumentError("--map is required, unless there is --ingest alone");
+  }
   HYPERMAP_RETURN_IF_ERROR(ReadZones(flags.keep_out, &flags.map.keep_out));
   HYPERMAP_RETURN_IF_ERROR(ReadZones(flags.speed, &flags.map.speed));
   // A server that is away is waited for by the bridge itself.
   HYPERMAP_ASSIGN_OR_RETURN(
       const client::Client client,
       client::MakeClient(flags.connection, {.retry_for = absl::ZeroDuration()}));
-  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Participant> participant,
-                            Participant::Make(flags.dds));
-  std::vector<std::unique_ptr<MapBridge>> bridges;
-  for (const std::string& map : flags.maps) {
-    MapBridgeOptions options = flags.map;
-    options.map = map;
-    if (flags.maps.size() > 1) options.name_prefix = absl::StrCat("/", NameInRos(map));
-    HYPERMAP_ASSIGN_OR_RETURN(bridges.emplace_back(),
-                              MapBridge::Start(participant.get(), client, std::move(options)));
-  }
-  std::vector<std::unique_ptr<RobotReporter>> reporters;
-  for (const std::string& robot : flags.robots) {
-    HYPERMAP_ASSIGN_OR_RETURN(const RobotTopic topic, ParseRobotTopic(robot));
-    HYPERMAP_ASSIGN_OR_RETURN(
-        reporters.emplace_back(),
-        RobotReporter::Start(participant.get(), client, flags.maps.front(), topic));
-  }
+  Running running;
+  HYPERMAP_ASSIGN_OR_RETURN(running.participant, Participant::Make(flags.dds));
+  HYPERMAP_RETURN_IF_ERROR(StartBridges(flags, client, &running));
+  HYPERMAP_RETURN_IF_ERROR(StartReporters(flags, client, &running));
+  HYPERMAP_RETURN_IF_ERROR(StartFeed(flags, client, &running));
   std::cout << "hypermap-ros2 ready on domain " << flags.dds.domain << std::endl;
   sigset_t ends;
   sigemptyset(&ends);

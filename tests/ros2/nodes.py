@@ -33,6 +33,9 @@ LATCHED = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durabilit
 RELIABLE = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile,
                Policy.History.KeepLast(100),
                Policy.DataRepresentation(use_cdrv0_representation=True))
+BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile,
+                  Policy.History.KeepLast(100),
+                  Policy.DataRepresentation(use_cdrv0_representation=True))
 
 
 def await_condition(condition, problem):
@@ -94,8 +97,25 @@ class Node:
         writer.write(sample)
         return writer
 
+    def publisher(self, name, message, qos=RELIABLE):
+        return Publisher(self._participant, f"rt{name}", message, qos)
+
     def client(self, name, service=None):
         return Client(self._participant, name, *dds.SERVICES[service or name.rsplit("/", 1)[1]])
+
+
+class Publisher:
+    """A topic that is written."""
+
+    def __init__(self, participant, name, message, qos):
+        self._writer = DataWriter(participant, Topic(participant, name, message), qos=qos)
+
+    def write(self, sample):
+        self._writer.write(sample)
+
+    def await_subscribers(self, count):
+        await_condition(lambda: len(self._writer.get_matched_subscriptions()) >= count,
+                        "a subscriber is missing")
 
 
 class Subscription:

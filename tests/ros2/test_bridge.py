@@ -9,9 +9,10 @@ import grpc
 import shapely.geometry
 
 import dds_types as dds
+import drives
 import rpc
 import sites
-from nodes import RELIABLE, Bridge, Node, await_condition
+from nodes import BEST_EFFORT, RELIABLE, Bridge, Node, await_condition
 from processes import Server
 
 HARD_ROUNDS = 33
@@ -27,6 +28,11 @@ def at(x, y):
 def area_of(polygon):
     corners = polygon.exterior.coords[:-1]
     return dds.PolygonStamped(HERE, dds.Polygon([dds.Point32(x, y, 0.0) for x, y in corners]))
+
+
+def transform(parent, child, stamp_ns=0, x=0.0, yaw=0.0):
+    return drives.transform(stamp_ns, parent, child,
+                            [x, 0.0, 0.0, 0.0, 0.0, math.sin(yaw / 2), math.cos(yaw / 2)])
 
 
 def cells_of(grid):
@@ -186,6 +192,32 @@ class RobotsTest(BridgeTest):
         self.assertEqual((robot.report.pose.x, robot.report.pose.y), (1.5, -2.0))
         self.assertAlmostEqual(abs(robot.report.pose.yaw), math.pi)
         del writer
+
+
+    def test_frames_of_tf_become_the_presence_of_a_robot(self):
+        # The bridge publishes the map's frames on /tf_static; this one is not that of the robot.
+        self.edit({"set_transform": {"transform": {
+            "parent_frame_id": "map", "child_frame_id": "odom",
+            "parent_from_child": {"x": 100, "y": 0, "yaw": 0}}}})
+        self.bridge("--robot=r1=tf:base_link")
+        node = Node()
+        fixed = node.publish("/tf_static", dds.TFMessage, dds.TFMessage(
+            [transform("base", "base_link", x=0.5)]))
+        for qos in (RELIABLE, BEST_EFFORT):
+            tf = node.publisher("/tf", dds.TFMessage, qos)
+            tf.await_subscribers(2 if qos is RELIABLE else 1)
+            stamp = time.time_ns()
+            tf.write(dds.TFMessage([transform("map", "odom", stamp, x=2.0, yaw=math.pi / 2),
+                                    transform("odom", "base", stamp, x=1.0)]))
+            await_condition(lambda: any(r.report.stamp.ToNanoseconds() == stamp for r in
+                                        self.client.ListRobots(map="site").robots),
+                            "the pose is not reported")
+        robot = self.client.ListRobots(map="site").robots[0]
+        self.assertTrue(robot.online)
+        self.assertAlmostEqual(robot.report.pose.x, 2.0)
+        self.assertAlmostEqual(robot.report.pose.y, 1.5)
+        self.assertAlmostEqual(robot.report.pose.yaw, math.pi / 2)
+        del fixed
 
 
 class ServicesTest(BridgeTest):

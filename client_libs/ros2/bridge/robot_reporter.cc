@@ -1,5 +1,7 @@
 #include "client_libs/ros2/bridge/robot_reporter.h"
 
+#include <algorithm>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -21,18 +23,33 @@ constexpr absl::Duration kReportTimeout = absl::Seconds(5);
 
 }  // namespace
 
-absl::StatusOr<RobotTopic> ParseRobotTopic(absl::string_view text) {
-  const size_t equals = text.find("=/");
-  if (equals == 0 || equals == absl::string_view::npos || equals + 2 == text.size()) {
-    return absl::InvalidArgumentError(absl::StrCat("\"", text, "\" is not NAME=/TOPIC"));
+absl::StatusOr<RobotSource> ParseRobotSource(absl::string_view text) {
+  constexpr absl::string_view kOfFrame = "=tf:";
+  const size_t topic = text.find("=/");
+  const size_t frame = text.find(kOfFrame);
+  const size_t name = std::min(topic, frame);
+  const size_t begin = frame < topic ? frame + kOfFrame.size() : topic + 1;
+  const bool is_empty = frame < topic ? begin >= text.size() : begin + 1 >= text.size();
+  if (name == 0 || name == absl::string_view::npos || is_empty) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("\"", text, "\" is not NAME=/TOPIC or NAME=tf:FRAME"));
   }
-  return RobotTopic{std::string(text.substr(0, equals)), std::string(text.substr(equals + 1))};
+  RobotSource source{.robot = std::string(text.substr(0, name))};
+  (frame < topic ? source.frame : source.topic) = std::string(text.substr(begin));
+  return source;
 }
 
 class RobotReporter::Loop {
  public:
-  Loop(client::Client client, std::string map, std::string robot)
-      : client_(std::move(client)), map_(std::move(map)), robot_(std::move(robot)) {}
+  // Returns the newest pose, if it was not returned before.
+  using Next = std::function<absl::StatusOr<std::optional<RobotReport>>()>;
+
+  // `next` is asked ten times a second; if it is null, poses are taken.
+  Loop(client::Client client, std::string map, std::string robot, Next next)
+      : client_(std::move(client)),
+        map_(std::move(map)),
+        robot_(std::move(robot)),
+        next_(std::move(next)) {}
 
   void Take(absl::string_view message) {
     const auto pose = DecodeCdr<geometry_msgs::PoseWithCovarianceStamped>(message);
@@ -54,7 +71,12 @@ class RobotReporter::Loop {
       if (ends_) return std::nullopt;
       report = std::exchange(newest_, std::nullopt);
     }
-    if (!report) return absl::InfiniteDuration();
+    if (next_) {
+      auto next = next_();
+      if (!next.ok()) Tell(next.status());
+      if (next.ok()) report = *std::move(next);
+    }
+    if (!report) return next_ ? kBetweenReports : absl::InfiniteDuration();
     client::CallOptions options;
     options.timeout = kReportTimeout;
     Tell(client_.ReportRobot(map_, *report, options).status());
@@ -75,31 +97,55 @@ class RobotReporter::Loop {
   client::Client client_;
   const std::string map_;
   const std::string robot_;
+  const Next next_;
   Mutex mutex_;
   bool ends_ ABSL_GUARDED_BY(mutex_) = false;
   std::optional<RobotReport> newest_ ABSL_GUARDED_BY(mutex_);
   absl::Status told_ ABSL_GUARDED_BY(mutex_);
 };
 
-absl::StatusOr<std::unique_ptr<RobotReporter>> RobotReporter::Start(Participant* participant,
-                                                                    client::Client client,
-                                                                    const std::string& map,
-                                                                    const RobotTopic& topic) {
-  auto loop = std::make_unique<Loop>(std::move(client), map, topic.robot);
+absl::StatusOr<std::unique_ptr<RobotReporter>> RobotReporter::OfTopic(Participant* participant,
+                                                                      client::Client client,
+                                                                      const std::string& map,
+                                                                      const RobotSource& source) {
+  auto loop = std::make_unique<Loop>(std::move(client), map, source.robot, nullptr);
   std::unique_ptr<RobotReporter> reporter(new RobotReporter(std::move(loop)));
-  Loop* const steps = reporter->loop_.get();
-  HYPERMAP_ASSIGN_OR_RETURN(reporter->running_, ThreadExecutor().Start("hm-ros2-robot", [steps] {
-    return steps->Step();
-  }));
+  HYPERMAP_RETURN_IF_ERROR(reporter->Run());
   HYPERMAP_ASSIGN_OR_RETURN(
       reporter->subscription_,
-      participant->Subscribe(
-          topic.topic, geometry_msgs::PoseWithCovarianceStamped::kType, TopicQos::kReliable,
-          [steps, running = reporter->running_.get()](absl::string_view message) {
-            steps->Take(message);
-            running->Wake();
-          }));
+      participant->Subscribe(source.topic, geometry_msgs::PoseWithCovarianceStamped::kType,
+                             TopicQos::kReliable,
+                             [steps = reporter->loop_.get(),
+                              running = reporter->running_.get()](absl::string_view message) {
+                               steps->Take(message);
+                               running->Wake();
+                             }));
   return reporter;
+}
+
+absl::StatusOr<std::unique_ptr<RobotReporter>> RobotReporter::OfFrame(MapPoses* poses,
+                                                                      const std::string& frame_id,
+                                                                      client::Client client,
+                                                                      const std::string& map,
+                                                                      const RobotSource& source) {
+  auto next = [poses, frame_id, source,
+               reported =
+                   absl::InfinitePast()]() mutable -> absl::StatusOr<std::optional<RobotReport>> {
+    HYPERMAP_ASSIGN_OR_RETURN(const TransformBuffer::Stamped pose, poses->Newest(source.frame));
+    if (pose.stamp == std::exchange(reported, pose.stamp)) return std::nullopt;
+    return ToReport(source.robot, pose.stamp, frame_id, pose.transform);
+  };
+  auto loop = std::make_unique<Loop>(std::move(client), map, source.robot, std::move(next));
+  std::unique_ptr<RobotReporter> reporter(new RobotReporter(std::move(loop)));
+  HYPERMAP_RETURN_IF_ERROR(reporter->Run());
+  return reporter;
+}
+
+absl::Status RobotReporter::Run() {
+  HYPERMAP_ASSIGN_OR_RETURN(running_, ThreadExecutor().Start("hm-ros2-robot", [loop = loop_.get()] {
+    return loop->Step();
+  }));
+  return absl::OkStatus();
 }
 
 RobotReporter::RobotReporter(std::unique_ptr<Loop> loop) : loop_(std::move(loop)) {}

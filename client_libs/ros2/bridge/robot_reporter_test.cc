@@ -5,14 +5,17 @@
 namespace hypermap::ros2 {
 namespace {
 
-TEST(RobotTopicTest, NamesARobotAndATopic) {
-  EXPECT_EQ(*ParseRobotTopic("r1=/r1/amcl_pose"), (RobotTopic{"r1", "/r1/amcl_pose"}));
-  EXPECT_EQ(*ParseRobotTopic("a=b=/pose"), (RobotTopic{"a=b", "/pose"}));
+TEST(RobotSourceTest, NamesARobotAndATopicOrAFrame) {
+  EXPECT_EQ(*ParseRobotSource("r1=/r1/amcl_pose"), (RobotSource{"r1", "/r1/amcl_pose", ""}));
+  EXPECT_EQ(*ParseRobotSource("a=b=/pose"), (RobotSource{"a=b", "/pose", ""}));
+  EXPECT_EQ(*ParseRobotSource("r1=tf:base_link"), (RobotSource{"r1", "", "base_link"}));
+  EXPECT_EQ(*ParseRobotSource("r1=tf:r1/base_link"), (RobotSource{"r1", "", "r1/base_link"}));
 }
 
-TEST(RobotTopicTest, OthersAreRefused) {
-  for (const char* text : {"", "r1", "r1=", "r1=pose", "=/pose", "r1=/"}) {
-    EXPECT_EQ(ParseRobotTopic(text).status().code(), absl::StatusCode::kInvalidArgument) << text;
+TEST(RobotSourceTest, OthersAreRefused) {
+  for (const char* text :
+       {"", "r1", "r1=", "r1=pose", "=/pose", "r1=/", "r1=tf:", "=tf:base", "tf:a"}) {
+    EXPECT_EQ(ParseRobotSource(text).status().code(), absl::StatusCode::kInvalidArgument) << text;
   }
 }
 
