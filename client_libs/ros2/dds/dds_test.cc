@@ -86,6 +86,7 @@ TEST(ParticipantTest, ClientsOfFastDdsGetTheRepliesToTheirRequests) {
       ASSERT_TRUE(response.ok() && response->objects.size() == 1);
       EXPECT_EQ(response->objects[0].name, name);
     }
+    EXPECT_TRUE(client.all_replies_named_calls()) << "client " << i;
   }
 }
 

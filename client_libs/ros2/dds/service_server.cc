@@ -24,7 +24,8 @@ constexpr size_t kCycloneBytes = 16;
 constexpr absl::Duration kPatience = absl::Seconds(5);
 constexpr absl::Duration kBetweenLooks = absl::Milliseconds(5);
 // Readers may lose the first sample that they get from a writer. So the first reply that a client
-// gets is to nobody, and the next ones wait until it has had the time to arrive.
+// gets is to nobody, and the next ones wait until it has had the time to arrive. It names a call of
+// the server itself, because ros2-client takes a reply without a call for an error.
 constexpr absl::Duration kAfterGreeting = absl::Milliseconds(150);
 
 // The vendor is in the first two bytes of a GUID (DDSI-RTPS 2.5, 8.2.4.2).
@@ -99,8 +100,10 @@ class ServiceServer::Core : public std::enable_shared_from_this<Core> {
       if (client->second.greeted) return *client->second.greeted + kAfterGreeting;
       client->second.greeted = loop_->Now();
     }
-    std::string greeting = greeting_;
-    replies_->write(&greeting);
+    SampleIdentity call_of_nobody;
+    call_of_nobody.writer_guid(replies_->guid());
+    call_of_nobody.sequence_number({0, 1});
+    Reply(greeting_, call_of_nobody);
     return loop_->Now() + kAfterGreeting;
   }
 

@@ -12,6 +12,7 @@ namespace hypermap::ros2 {
 
 using ::eprosima::fastdds::dds::PublicationMatchedStatus;
 using ::eprosima::fastdds::dds::SampleInfo;
+using ::eprosima::fastrtps::rtps::SampleIdentity;
 using ::eprosima::fastrtps::rtps::WriteParams;
 using ::eprosima::fastrtps::types::ReturnCode_t;
 
@@ -62,7 +63,9 @@ void FastClient::on_data_available(DataReader* reader) {
   std::string message;
   SampleInfo info;
   while (reader->take_next_sample(&message, &info) == ReturnCode_t::RETCODE_OK) {
-    if (!info.valid_data || info.related_sample_identity.writer_guid() != reader->guid()) continue;
+    if (!info.valid_data) continue;
+    if (info.related_sample_identity == SampleIdentity::unknown()) all_named_calls_ = false;
+    if (info.related_sample_identity.writer_guid() != reader->guid()) continue;
     const MutexLock lock(&mutex_);
     replied_.emplace(info.related_sample_identity.sequence_number().to64long(), message);
     changed_.NotifyAll();

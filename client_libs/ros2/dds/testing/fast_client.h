@@ -3,6 +3,8 @@
 #ifndef HYPERMAP_CLIENT_LIBS_ROS2_DDS_TESTING_FAST_CLIENT_H_
 #define HYPERMAP_CLIENT_LIBS_ROS2_DDS_TESTING_FAST_CLIENT_H_
 
+#include <atomic>
+#include <cstdint>
 #include <map>
 #include <memory>
 #include <optional>
@@ -27,6 +29,8 @@ class FastClient : private DataReaderListener {
   bool AwaitService(absl::Duration timeout);
   // Sends a request in CDR and returns the reply to it, also in CDR. nullopt: none has come.
   std::optional<std::string> Call(std::string request, absl::Duration timeout);
+  // Whether each reply so far, also those to others, has named a call. ros2-client needs that.
+  bool all_replies_named_calls() const { return all_named_calls_; }
 
  private:
   void on_data_available(DataReader* reader) override;
@@ -34,6 +38,7 @@ class FastClient : private DataReaderListener {
   const std::unique_ptr<Node> node_;
   DataReader* replies_ = nullptr;
   DataWriter* requests_ = nullptr;
+  std::atomic<bool> all_named_calls_ = true;
   Mutex mutex_;
   CondVar changed_;
   // By the numbers of their requests.
