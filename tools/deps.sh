@@ -5,7 +5,7 @@
 #   tools/deps.sh server   the same without PCL and the tests' libraries: for hypermap-server alone
 #   tools/deps.sh package  tools that make and try Debian packages
 #   tools/deps.sh test     other software that the tests use: a browser, GDAL, Shapely, gRPC for
-#                          Python, ament and rosidl, grpcurl
+#                          Python, ament and rosidl, grpcurl; only checks for Rust
 #   tools/deps.sh web      protoc, to build the dashboard; only checks for Node and Go
 #   tools/deps.sh python   the packages that the virtual environments of the Python client need
 #   tools/deps.sh api      protoc and its Python runtime, which make the API reference
@@ -94,6 +94,11 @@ look_for_web_tools() {
   done
 }
 
+look_for_rust() {
+  command -v cargo >/dev/null ||
+    echo "cargo is missing: hypermap-ros2 won't be tested with ros2-client, which needs Rust 1.88"
+}
+
 for group in "$@"; do
   packages=$(packages_of "$group")
   if command -v dpkg-query >/dev/null; then
@@ -102,7 +107,10 @@ for group in "$@"; do
   else
     echo "not a Debian system; these packages are assumed to be installed: $packages"
   fi
-  if [[ $group == test ]]; then install_grpcurl; fi
+  if [[ $group == test ]]; then
+    install_grpcurl
+    look_for_rust
+  fi
   if [[ $group == lint ]]; then install_buf; fi
   if [[ $group == web ]]; then look_for_web_tools; fi
 done

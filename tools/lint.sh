@@ -2,8 +2,8 @@
 # Checks the format and the style of the sources.
 #
 #   tools/lint.sh [SINCE]   clang-format on all sources, clang-tidy on those that differ from the
-#                           commit SINCE (default: origin/main; "none" or no such commit: all), buf
-#                           on the protos
+#                           commit SINCE (default: origin/main; "none" or no such commit: all),
+#                           rustfmt, buf on the protos
 #   tools/lint.sh --ci      the same since the commit before the newest, with clang-tidy on at most
 #                           12 sources that are not tests
 #   tools/lint.sh --fix     formats all sources
@@ -13,10 +13,14 @@ set -euo pipefail
 cd "$(dirname "$0")/.."
 
 rooms=(base map wire storage server ingest simulation client_libs tests)
+rust=tests/ros2/peer/src/main.rs  # rustfmt finds its modules.
+has_rustfmt() { rustfmt --version >/dev/null 2>&1; }
 mapfile -t sources < <(find "${rooms[@]}" -name '*.h' -o -name '*.cc' | sort)
 
 if [[ ${1:-} == --fix ]]; then
-  exec clang-format-14 -i "${sources[@]}"
+  clang-format-14 -i "${sources[@]}"
+  if has_rustfmt; then rustfmt --edition 2024 "$rust"; fi
+  exit
 fi
 
 clang-format-14 --dry-run --Werror "${sources[@]}"
@@ -49,6 +53,13 @@ if ((${#tidied[@]})); then
     sed '/^[0-9]* warnings generated\.$/d'
 fi
 echo "clang-tidy: ${#tidied[@]} of $count files"
+
+if has_rustfmt; then
+  rustfmt --check --edition 2024 "$rust"
+  echo "rustfmt: passed"
+else
+  echo "rustfmt: not installed, so tests/ros2/peer was not checked"
+fi
 
 buf=build/tools/node_modules/.bin/buf
 if [[ -x $buf ]]; then

@@ -37,6 +37,10 @@ BEST_EFFORT = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile,
                   Policy.History.KeepLast(100),
                   Policy.DataRepresentation(use_cdrv0_representation=True))
 
+# Every client gets the replies to all of them.
+REPLIES = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.Durability.Volatile,
+              Policy.History.KeepAll, Policy.DataRepresentation(use_cdrv0_representation=True))
+
 
 def await_condition(condition, problem):
     deadline = time.monotonic() + DEADLINE_S
@@ -150,7 +154,7 @@ class Client:
 
     def __init__(self, participant, name, request, response):
         self._request = request
-        self._replies = Subscription(participant, f"rr{name}Reply", response, RELIABLE)
+        self._replies = Subscription(participant, f"rr{name}Reply", response, REPLIES)
         self._requests = DataWriter(participant, Topic(participant, f"rq{name}Request", request),
                                     qos=RELIABLE)
         self._client = random.getrandbits(63)
