@@ -1,8 +1,10 @@
 """hypermap-ros2 as a process, and nodes of Cyclone DDS that talk to it, on 127.0.0.1."""
 
+import contextlib
+import fcntl
 import functools
 import itertools
-import os
+import pathlib
 import random
 import subprocess
 import tempfile
@@ -19,8 +21,22 @@ from cyclonedds.util import duration
 import dds_types as dds
 from processes import BIN, DEADLINE_S
 
+
+
+def take_domain():
+    """Returns a domain that no other process of these tests has, and the locked file that says so. Those from 100 on are
+    ros2_dds_test's."""
+    for domain in range(1, 100):
+        lock = open(pathlib.Path(tempfile.gettempdir()) / f"hypermap-ros2-domain-{domain}", "wb")
+        with contextlib.suppress(BlockingIOError):
+            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            return domain, lock
+        lock.close()
+    raise AssertionError("all domains are taken")
+
+
 # The domain of this process, so that tests that run at the same time do not meet.
-DOMAIN = 1 + os.getpid() % 99
+DOMAIN, _domain_lock = take_domain()
 
 CONFIGURATION = """<CycloneDDS><Domain Id="any">
 <General><Interfaces><NetworkInterface name="lo" multicast="false"/></Interfaces>
