@@ -1,5 +1,7 @@
 // hypermap-ros2 shows maps of a Hypermap server to robots that run ROS 2: map topics, markers and
 // services, without ROS on the machine where it runs (docs/ros2.md).
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <csignal>
 #include <cstdlib>
@@ -29,6 +31,7 @@ namespace hypermap::ros2 {
 namespace {
 
 constexpr absl::Duration kMapTimeout = absl::Seconds(5);
+constexpr unsigned kGraceSeconds = 5;
 
 struct Flags {
   client::ConnectionFlags connection;
@@ -194,6 +197,12 @@ absl::Status StartFeed(const Flags& flags, const client::Client& client, Running
   return absl::OkStatus();
 }
 
+// Ends the process after this time if it still runs, because a call to a silent server goes on.
+void EndWithin(unsigned seconds) {
+  std::signal(SIGALRM, [](int) { _exit(EXIT_SUCCESS); });
+  alarm(seconds);
+}
+
 // Runs until SIGINT or SIGTERM.
 absl::Status Run(Flags flags) {
   flags.map.mode = flags.mode == "scale" ? GridMode::kScale : GridMode::kTrinary;
@@ -221,6 +230,7 @@ absl::Status Run(Flags flags) {
   sigaddset(&ends, SIGTERM);
   int signal = 0;
   sigwait(&ends, &signal);
+  EndWithin(kGraceSeconds);
   return absl::OkStatus();
 }
 

@@ -80,10 +80,10 @@ class Bridge:
         self._log.seek(0)
         return self._log.read().decode()
 
-    def end(self):
+    def end(self, timeout_s=DEADLINE_S):
         """Ends it by SIGTERM and returns its exit code."""
         self._process.terminate()
-        return self._process.wait(DEADLINE_S)
+        return self._process.wait(timeout_s)
 
     def __enter__(self):
         return self

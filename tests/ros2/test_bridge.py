@@ -1,6 +1,7 @@
 """hypermap-ros2 and independent nodes of Cyclone DDS, over a real server."""
 
 import math
+import signal
 import tempfile
 import time
 import unittest
@@ -16,6 +17,8 @@ from nodes import BEST_EFFORT, RELIABLE, Bridge, Node, await_condition
 from processes import Server
 
 HARD_ROUNDS = 33
+# Calls to the server take longer than this to give up.
+SILENT_TIMEOUT_S = 40
 
 HERE = dds.Header(dds.Time(), "")
 EVERYWHERE = dds.PolygonStamped(HERE, dds.Polygon([]))
@@ -145,6 +148,13 @@ class TopicsTest(BridgeTest):
         with Server(self.folder, f"--listen={self.server.address}") as again:
             edit_when_connected(again, sites.write_cells([[1]]))
             self.assertEqual(list(updates.next().data), [100])
+
+    def test_a_bridge_ends_although_the_server_is_silent(self):
+        self.server.signal(signal.SIGSTOP)
+        bridge = self.bridge()
+        await_condition(lambda: "ready" in bridge.log(), "the bridge does not start")
+        self.assertEqual(bridge.end(timeout_s=SILENT_TIMEOUT_S), 0)
+        self.server.signal(signal.SIGCONT)
 
     def test_zones_are_masks(self):
         zone = shapely.geometry.Polygon([(0.2, 0.2), (1.9, 0.4), (1.2, 1.8)])
