@@ -2,8 +2,10 @@
 
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "map/fusion/state_codec.h"
+#include "map/geometry/coordinates.h"
 
 namespace hypermap::fusion {
 namespace {
@@ -20,6 +22,17 @@ json EncodeShape(const ShapeGrid& shape) {
           {"misses", EncodeFloats(shape.misses())}};
 }
 
+// The corners of cells are vertices of outlines, so that they must be valid ones.
+void CheckPlace(double resolution_m, const CellBox& cells) {
+  const std::vector<Point> corners = {
+      {cells.col_begin * resolution_m, cells.row_begin * resolution_m},
+      {cells.col_end * resolution_m, cells.row_end * resolution_m}};
+  if (!(resolution_m > 0.0 && resolution_m <= kMaxCoordinate_m) ||
+      !CheckVertices("corners", corners).ok()) {
+    throw std::runtime_error("a shape whose cells are nowhere");
+  }
+}
+
 ShapeGrid DecodeShape(const json& encoded) {
   const json& box = encoded.at("box");
   const CellBox cells{box.at(0).get<int32_t>(), box.at(1).get<int32_t>(), box.at(2).get<int32_t>(),
@@ -29,8 +42,9 @@ ShapeGrid DecodeShape(const json& encoded) {
   if (hits.size() != static_cast<size_t>(cells.num_cells()) || misses.size() != hits.size()) {
     throw std::runtime_error("a shape whose cells are not its box's");
   }
-  return ShapeGrid::FromRaw(encoded.at("resolution").get<double>(), cells, std::move(hits),
-                            std::move(misses));
+  const auto resolution_m = encoded.at("resolution").get<double>();
+  CheckPlace(resolution_m, cells);
+  return ShapeGrid::FromRaw(resolution_m, cells, std::move(hits), std::move(misses));
 }
 
 json EncodeExtreme(const SoftExtreme& extreme) { return {extreme.sum, extreme.weight}; }

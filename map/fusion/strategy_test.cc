@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 #include <random>
 
 #include "absl/strings/str_cat.h"
@@ -125,6 +126,19 @@ TEST_P(BothTest, BytesThatAreNoStateAreRefused) {
   }
   const auto another = Make(GetParam() == "paper" ? "evidence" : "paper");
   EXPECT_EQ(another->Decode(whole).status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(EvidenceCodecTest, CellsThatAreNowhereAreDamage) {
+  const auto strategy = Make("evidence");
+  const std::string whole = strategy->Encode(FoldAll(*strategy, Looks({Chair()}, 3)));
+  for (const double resolution : {-0.1, 0.0, 1e300}) {
+    nlohmann::json state = nlohmann::json::from_cbor(whole);
+    state["content"]["tracks"][0]["shape"]["resolution"] = resolution;
+    const std::vector<uint8_t> bytes = nlohmann::json::to_cbor(state);
+    EXPECT_EQ(strategy->Decode(std::string(bytes.begin(), bytes.end())).status().code(),
+              absl::StatusCode::kDataLoss)
+        << resolution;
+  }
 }
 
 TEST_P(BothTest, WhatAnOperatorPinnedStaysAsItIs) {
