@@ -19,40 +19,33 @@ int Sign(double v) { return (v > 0.0) - (v < 0.0); }
 // Returns the sign of the sum of `terms`, computed exactly as a nonoverlapping expansion, whose
 // last non-zero component has that sign (Shewchuk, "Adaptive precision floating-point arithmetic
 // and fast robust geometric predicates", 1997, figure 6).
-template <size_t kTerms>
-int SignOfSum(const std::array<double, kTerms>& terms) {
-  std::array<double, kTerms> expansion{};
+template <typename Real, size_t kTerms>
+int SignOfSum(const std::array<Real, kTerms>& terms) {
+  std::array<Real, kTerms> expansion{};
   for (size_t i = 0; i < kTerms; ++i) {
-    double carry = terms[i];
+    Real carry = terms[i];
     for (size_t j = 0; j < i; ++j) {
-      const double sum = carry + expansion[j];
-      const double rounded = sum - carry;
+      const Real sum = carry + expansion[j];
+      const Real rounded = sum - carry;
       expansion[j] = (carry - (sum - rounded)) + (expansion[j] - rounded);
       carry = sum;
     }
     expansion[i] = carry;
   }
   for (size_t i = kTerms; i-- > 0;) {
-    if (expansion[i] != 0.0) return Sign(expansion[i]);
+    if (expansion[i] != 0) return expansion[i] > 0 ? 1 : -1;
   }
   return 0;
 }
 
-// Evaluates the determinant as six products of coordinates, each exact as a pair of doubles.
-int ExactOrientation(Point a, Point b, Point c) {
-  // Scaling by a common power of two keeps products from overflow and underflow, and changes no
-  // sign.
-  double largest = 0.0;
-  for (const Point& p : {a, b, c}) largest = std::max({largest, std::abs(p.x), std::abs(p.y)});
-  if (largest == 0.0 || !std::isfinite(largest)) return 0;
-  const int exponent = std::ilogb(largest);
-  for (Point* p : {&a, &b, &c}) {
-    *p = {std::scalbn(p->x, -exponent), std::scalbn(p->y, -exponent)};
-  }
-  std::array<double, 12> terms;
+// Evaluates the determinant as six products of coordinates, each exact as a pair of numbers.
+// REQUIRES: no product of two coordinates over- or underflows.
+template <typename Real>
+int SignOfDeterminant(const Point& a, const Point& b, const Point& c) {
+  std::array<Real, 12> terms;
   size_t n = 0;
-  const auto add_product = [&](double u, double v) {
-    const double product = u * v;
+  const auto add_product = [&](Real u, Real v) {
+    const Real product = u * v;
     terms[n++] = std::fma(u, v, -product);
     terms[n++] = product;
   };
@@ -63,6 +56,22 @@ int ExactOrientation(Point a, Point b, Point c) {
   add_product(c.x, a.y);
   add_product(-c.x, b.y);
   return SignOfSum(terms);
+}
+
+int ExactOrientation(const Point& a, const Point& b, const Point& c) {
+  double smallest = std::numeric_limits<double>::infinity(), largest = 0.0;
+  for (const double coordinate : {a.x, a.y, b.x, b.y, c.x, c.y}) {
+    if (!std::isfinite(coordinate)) return 0;
+    const double size = std::abs(coordinate);
+    if (size != 0.0) smallest = std::min(smallest, size);
+    largest = std::max(largest, size);
+  }
+  // With room for the rounding errors of the products.
+  if (smallest >= 0x1p-400 && largest <= 0x1p400) return SignOfDeterminant<double>(a, b, c);
+  // Its exponents are large enough for all products of two doubles, though it may be slow.
+  using Extended = long double;
+  static_assert(std::numeric_limits<Extended>::max_exponent >= 16384);
+  return SignOfDeterminant<Extended>(a, b, c);
 }
 
 enum class Location { kInside, kBoundary, kOutside };

@@ -1,5 +1,6 @@
 #include "map/geometry/predicates.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -54,6 +55,47 @@ TEST(OrientationTest, IsExactForNearlyCollinearPoints) {
     }
   }
   EXPECT_GT(zeros, 100);
+}
+
+// The sign of u * v - s * t, from the products of mantissas. Exact.
+int SignOfDifference(double u, double v, double s, double t) {
+  __extension__ using Wide = __int128;
+  const auto product = [](double x, double y, int* exponent) {
+    int of_x = 0, of_y = 0;
+    const double mantissa_x = std::frexp(x, &of_x), mantissa_y = std::frexp(y, &of_y);
+    *exponent = of_x + of_y;
+    return static_cast<Wide>(std::ldexp(mantissa_x, 53)) *
+           static_cast<Wide>(std::ldexp(mantissa_y, 53));
+  };
+  int of_left = 0, of_right = 0;
+  const Wide left = product(u, v, &of_left), right = product(s, t, &of_right);
+  const auto sign = [](Wide x) { return (x > 0) - (x < 0); };
+  if (left == 0 || right == 0 || sign(left) != sign(right)) return sign(sign(left) - sign(right));
+  // Products of mantissas have 105 or 106 bits.
+  if (std::abs(of_left - of_right) > 2) return of_left > of_right ? sign(left) : -sign(right);
+  const int least = std::min(of_left, of_right);
+  return sign((left << (of_left - least)) - (right << (of_right - least)));
+}
+
+TEST(OrientationTest, IsExactForCoordinatesOfAllSizesTogether) {
+  const uint64_t seed = TestSeed();
+  SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
+  Rng rng(seed);
+  const auto coordinate = [&] {
+    const double size = std::exp2(UniformInt(rng, 0, 1) == 0 ? UniformInt(rng, -1074, 29) : 0);
+    return UniformInt(rng, 0, 4) == 0 ? 0.0 : size * Uniform(rng, -1, 1);
+  };
+  const Point origin{0.0, 0.0};
+  for (int i = 0; i < 100000; ++i) {
+    const Point a{coordinate(), coordinate()}, b{coordinate(), coordinate()};
+    const int expected = SignOfDifference(a.x, b.y, a.y, b.x);
+    ASSERT_EQ(Orientation(origin, a, b), expected) << a.x << " " << a.y << " " << b.x << " " << b.y;
+    ASSERT_EQ(Orientation(a, b, origin), expected);
+    const Point c{coordinate(), coordinate()};
+    const int turn = Orientation(a, b, c);
+    ASSERT_EQ(Orientation(b, c, a), turn);
+    ASSERT_EQ(Orientation(b, a, c), -turn);
+  }
 }
 
 TEST(OrientationTest, SeesOneUlp) {

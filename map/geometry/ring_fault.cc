@@ -259,6 +259,7 @@ std::optional<RingFault> Sweep::CheckTouches(const Point& p) {
   };
   for (size_t i = 0; i < below_.size() && !fault.has_value(); ++i) pass(below_[i]);
   for (size_t i = above_.size(); i-- > 0 && !fault.has_value();) pass(above_[i]);
+  for (const int32_t ring : open_rings_) rings_[ring].is_open = false;
   return fault;
 }
 

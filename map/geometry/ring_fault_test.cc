@@ -200,6 +200,18 @@ void CheckRingsAtFault(const Rings& rings, const RingFault& fault) {
   }
 }
 
+// Products of these coordinates have exponents that doubles do not have.
+TEST(RingFaultTest, CoordinatesOfVeryDifferentSizesAreTakenAsTheyAre) {
+  const Rings rings = {{{0.0, 0.0},
+                        {1.1643010474979226e-302, 2.848097255043832e-306},
+                        {2.113706745e-314, -595722320.9921875},
+                        {5.24225278e-315, 0.0},
+                        {-595821443.5078125, 1.059300298849864e-309}}};
+  const auto fault = FindRingFault(rings);
+  ASSERT_TRUE(fault.has_value());
+  EXPECT_EQ(fault->kind, RingFault::Kind::kCrossesItself);
+}
+
 TEST(RingFaultTest, A4AgreesWithGeosOnRandomRings) {
   const uint64_t seed = TestSeed();
   SCOPED_TRACE("HYPERMAP_TEST_SEED=" + std::to_string(seed));
