@@ -121,18 +121,22 @@ absl::Status CheckName(absl::string_view name) {
     return invalid(absl::StrCat("is longer than ", FixedLimits::kMaxAuthorLength, " bytes"));
   }
   if (!IsUtf8(name)) return absl::InvalidArgumentError("the name of an identity is not UTF-8");
+  if (HasNoncharacter(name)) {
+    return absl::InvalidArgumentError("the name of an identity has a noncharacter of Unicode");
+  }
   if (std::any_of(name.begin(), name.end(), absl::ascii_iscntrl)) {
     return absl::InvalidArgumentError("the name of an identity has control characters");
   }
   return absl::OkStatus();
 }
 
-// A text that is not UTF-8 would be another one after the file was written anew.
+// Other texts would be different ones after the file was written anew.
 absl::Status CheckTexts(const IdentityRecord& record) {
   const auto check = [&](const std::string& text) {
-    if (IsUtf8(text)) return absl::OkStatus();
+    if (IsUtf8(text) && !HasNoncharacter(text)) return absl::OkStatus();
     return absl::InvalidArgumentError(
-        absl::StrCat("identity \"", record.identity.name, "\" has a text that is not UTF-8"));
+        absl::StrCat("identity \"", record.identity.name,
+                     "\" has a text that is not UTF-8, or has a noncharacter of Unicode"));
   };
   for (const auto* texts : {&record.identity.maps, &record.identity.robots, &record.certificates}) {
     for (const std::string& text : *texts) HYPERMAP_RETURN_IF_ERROR(check(text));

@@ -126,6 +126,17 @@ TEST(AccessTableTest, TextsThatAreNotUtf8AreRefused) {
   }
 }
 
+TEST(AccessTableTest, NoncharactersAreRefused) {
+  // YAML would have U+FFFD in their place.
+  for (const char* fields : {"name: \"anna\xEF\xBF\xBF\", role: robot",
+                             "name: anna, role: robot, maps: [\"hall\\uFDD0\"]"}) {
+    const absl::Status status =
+        AccessTable::Parse(absl::StrCat("identities: [{", fields, "}]")).status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << fields;
+    EXPECT_THAT(status.message(), HasSubstr("noncharacter"));
+  }
+}
+
 TEST(AccessTableTest, TokensTellWhoCallsUntilTheyExpire) {
   const NewToken token = MakeToken().value(), other = MakeToken().value();
   AccessTable table;

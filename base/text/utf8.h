@@ -10,6 +10,10 @@ namespace hypermap {
 
 bool IsUtf8(absl::string_view text);
 
+// Returns whether the text has a noncharacter, such as U+FFFF, which is no character of any script
+// and which some formats replace. REQUIRES: IsUtf8(text).
+bool HasNoncharacter(absl::string_view text);
+
 // Returns `text` with U+FFFD in place of each byte sequence that is not UTF-8.
 std::string ReplaceInvalidUtf8(absl::string_view text);
 

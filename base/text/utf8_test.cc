@@ -23,5 +23,15 @@ TEST(Utf8Test, InvalidBytesAreFoundAndReplaced) {
   EXPECT_EQ(ReplaceInvalidUtf8("K\xc3"), "K\xef\xbf\xbd");
 }
 
+TEST(Utf8Test, NoncharactersAreFound) {
+  for (const char* text : {"", "robot-3", "倉庫", "\xf0\x9f\xa4\x96", "\xef\xbf\xbd"}) {
+    EXPECT_FALSE(HasNoncharacter(text)) << text;
+  }
+  // U+FDD0, U+FFFE, U+FFFF, U+10FFFF.
+  for (const char* text : {"a\xef\xb7\x90", "\xef\xbf\xbe", "\xef\xbf\xbf b", "\xf4\x8f\xbf\xbf"}) {
+    EXPECT_TRUE(HasNoncharacter(text));
+  }
+}
+
 }  // namespace
 }  // namespace hypermap
