@@ -9,6 +9,9 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/strip.h"
+#include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "client_libs/ros2/dds/node.h"
@@ -27,6 +30,12 @@ using ::eprosima::fastrtps::types::ReturnCode_t;
 constexpr int kDepth = 10;
 // Of subscriptions, as those of tf2: messages of many publishers may come in a burst.
 constexpr int kSubscriptionDepth = 100;
+
+// "nav_msgs::msg::dds_::OccupancyGrid_" is nav_msgs/msg/OccupancyGrid to ROS.
+std::string TypeInRos(absl::string_view type) {
+  absl::ConsumeSuffix(&type, "_");
+  return absl::StrReplaceAll(type, {{"::dds_::", "/"}, {"::", "/"}});
+}
 
 std::string TopicOf(const std::string& name) { return absl::StrCat("rt", name); }
 
@@ -135,14 +144,20 @@ class NodeParticipant : public Participant {
       std::function<void(const Subscriber&)> changed) override {
     auto publisher = std::make_unique<NodePublisher>(node_.get(), std::move(changed));
     HYPERMAP_RETURN_IF_ERROR(publisher->Open(name, type, qos));
+    logging::Log(logging::Level::kInfo, "a topic is offered",
+                 {{"topic", name}, {"type", TypeInRos(type)}});
     return publisher;
   }
 
   absl::StatusOr<std::unique_ptr<Service>> Serve(const std::string& name, const std::string& type,
                                                  std::string empty,
                                                  ServiceHandler handler) override {
-    return ServiceServer::Make(node_.get(), &loop_, name, type, std::move(empty),
-                               std::move(handler));
+    HYPERMAP_ASSIGN_OR_RETURN(
+        std::unique_ptr<Service> service,
+        ServiceServer::Make(node_.get(), &loop_, name, type, std::move(empty), std::move(handler)));
+    logging::Log(logging::Level::kInfo, "a service is offered",
+                 {{"service", name}, {"type", TypeInRos(type)}});
+    return service;
   }
 
   absl::StatusOr<std::unique_ptr<Subscription>> Subscribe(const std::string& name,
