@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 #include <vector>
@@ -17,7 +18,7 @@ namespace hypermap::ros2 {
 namespace {
 
 // The worker takes no more instances of a frame.
-constexpr int kMaxInstances = 254;
+constexpr size_t kMaxInstances = 254;
 
 // COCO's run lengths of a mask: of runs of 0 and 1, column by column, beginning with 0.
 class RunLengths {
@@ -92,6 +93,17 @@ RunLengths BoxMask(const vision_msgs::BoundingBox2D& box, const v1::CameraModel&
   return mask;
 }
 
+struct ScoredBox {
+  const vision_msgs::BoundingBox2D* box = nullptr;
+  std::map<std::string, double> scores;  // of ScoresOf
+
+  double Best() const {
+    double best = 0.0;
+    for (const auto& [label, score] : scores) best = std::max(best, score);
+    return best;
+  }
+};
+
 void AddScore(const std::string& label, double score, v1::FrameInstance* instance) {
   v1::ClassScore* const added = instance->add_scores();
   added->set_label(label);
@@ -146,9 +158,9 @@ Segmentation SegmentsOf(const std::vector<int32_t>& numbers, int width,
   return {std::move(regions.of), std::move(segments)};
 }
 
-// The indices of the segments with a label: by number, those of a number the largest first and at
-// most kMaxInstances.
-std::vector<int> InstancesAmong(const std::vector<Segment>& segments) {
+// The indices of the segments with a label: by number, those of a number the largest first, and at
+// most kMaxInstances of a class.
+std::vector<int> InstancesAmong(const std::vector<Segment>& segments, int32_t divisor) {
   std::vector<int> order;
   for (size_t i = 0; i < segments.size(); ++i) {
     if (segments[i].label != nullptr) order.push_back(static_cast<int>(i));
@@ -160,8 +172,10 @@ std::vector<int> InstancesAmong(const std::vector<Segment>& segments) {
     if (a.num_pixels != b.num_pixels) return a.num_pixels > b.num_pixels;
     return a.first_pixel < b.first_pixel;
   });
-  std::map<int32_t, int> num_taken;
-  std::erase_if(order, [&](int i) { return ++num_taken[segments[i].number] > kMaxInstances; });
+  std::map<int32_t, size_t> num_taken;
+  std::erase_if(order, [&](int i) {
+    return ++num_taken[ClassOf(segments[i].number, divisor)] > kMaxInstances;
+  });
   return order;
 }
 
@@ -169,16 +183,26 @@ std::vector<int> InstancesAmong(const std::vector<Segment>& segments) {
 
 FrameInstances BoxInstances(const vision_msgs::Detection2DArray& message, const Labels& labels,
                             const v1::CameraModel& camera, int64_t* num_skipped) {
-  FrameInstances instances;
+  std::vector<ScoredBox> boxes;
   for (const vision_msgs::Detection2D& detection : message.detections) {
-    const std::map<std::string, double> scores = ScoresOf(detection, labels);
-    RunLengths mask = BoxMask(detection.bbox, camera);
-    if (scores.empty() || mask.empty()) {
-      ++*num_skipped;
-      continue;
-    }
+    boxes.push_back({&detection.bbox, ScoresOf(detection, labels)});
+  }
+  // Masks are made of the best ones only, because a message may have very many large boxes.
+  std::vector<size_t> order(boxes.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t i, size_t j) { return boxes[i].Best() > boxes[j].Best(); });
+  std::map<size_t, RunLengths> masks;  // by the places of their detections
+  for (const size_t i : order) {
+    if (masks.size() == kMaxInstances || boxes[i].scores.empty()) break;
+    RunLengths mask = BoxMask(*boxes[i].box, camera);
+    if (!mask.empty()) masks.emplace(i, std::move(mask));
+  }
+  *num_skipped += static_cast<int64_t>(boxes.size() - masks.size());
+  FrameInstances instances;
+  for (auto& [i, mask] : masks) {
     v1::FrameInstance* const instance = instances.Add();
-    for (const auto& [label, score] : scores) AddScore(label, score, instance);
+    for (const auto& [label, score] : boxes[i].scores) AddScore(label, score, instance);
     std::move(mask).Encode(NumPixels(camera), instance->mutable_runs());
   }
   return instances;
@@ -189,7 +213,7 @@ absl::StatusOr<FrameInstances> LabelImageInstances(const sensor_msgs::Image& ima
                                                    const v1::CameraModel& camera) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<int32_t> numbers, LabelNumbers(image, camera));
   const Segmentation found = SegmentsOf(numbers, camera.width(), options);
-  const std::vector<int> taken = InstancesAmong(found.segments);
+  const std::vector<int> taken = InstancesAmong(found.segments, options.divisor);
   constexpr int kNone = -1;
   std::vector<int> instance_of(found.segments.size(), kNone);
   for (size_t i = 0; i < taken.size(); ++i) instance_of[taken[i]] = static_cast<int>(i);

@@ -17,7 +17,8 @@ using FrameInstances = google::protobuf::RepeatedPtrField<v1::FrameInstance>;
 // All pixels whose centre is in the box of a detection are its instance. In a box, the centre of
 // the top left pixel is (0.5, 0.5): boxes of detectors count from the image's edge. A class that
 // `labels` does not have keeps its id as the label. A detection without a class that has a score in
-// (0, 1] and a label in UTF-8, or outside of the image, is left out and added to `num_skipped`.
+// (0, 1] and a label in UTF-8, or outside of the image, is left out and added to `num_skipped`; so
+// are all but the 254 with the highest scores, of which the worker takes no more.
 FrameInstances BoxInstances(const vision_msgs::Detection2DArray& message, const Labels& labels,
                             const v1::CameraModel& camera, int64_t* num_skipped);
 
@@ -26,7 +27,7 @@ struct LabelImageOptions {
   Labels labels;
   // 0: the number of a pixel is its class, and each 8-connected region of a class is an instance,
   // at most 254 of a class, the largest first. Otherwise the number is class * divisor + instance,
-  // as in panoptic segmentation.
+  // as in panoptic segmentation; at most 254 of a class are taken, the lowest numbers.
   int32_t divisor = 0;
   // Of all instances.
   double score = 0.9;

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -120,6 +121,24 @@ TEST(BoxInstancesTest, WhatCannotBeUsedIsCounted) {
   EXPECT_EQ(num_skipped, 6);
 }
 
+TEST(BoxInstancesTest, The254BestAreTakenInTheirOrder) {
+  vision_msgs::Detection2DArray message;
+  message.detections.assign(1000, Detection(2, 2, 9, 9));
+  for (int i = 0; i < 1000; ++i) {
+    message.detections[i].results[0].hypothesis.score = i % 4 == 1 ? 0.9 : 0.1;
+  }
+  int64_t num_skipped = 0;
+  const FrameInstances found = BoxInstances(message, {}, SmallCamera(), &num_skipped);
+  EXPECT_EQ(num_skipped, 746);
+  ASSERT_EQ(found.size(), 254);
+  std::vector<double> scores;
+  for (const v1::FrameInstance& instance : found) scores.push_back(instance.scores(0).score());
+  // The first four of low scores stand among all 250 of high ones.
+  EXPECT_EQ(std::count(scores.begin(), scores.end(), 0.9), 250);
+  EXPECT_EQ(std::vector<double>(scores.begin(), scores.begin() + 6),
+            (std::vector<double>{0.1, 0.9, 0.1, 0.1, 0.1, 0.9}));
+}
+
 sensor_msgs::Image LabelImage(const std::vector<uint8_t>& numbers) {
   sensor_msgs::Image image;
   image.width = kWidth;
@@ -181,6 +200,25 @@ TEST(LabelImageInstancesTest, TheMostInstancesOfAClassAre254) {
     for (int u = 0; u < 64; u += 2) image.data[v * 64 + u] = 1;
   }
   EXPECT_EQ(LabelImageInstances(image, {.labels = {{"1", "cup"}}}, camera)->size(), 254);
+}
+
+TEST(LabelImageInstancesTest, TheMostNumbersOfAClassAre254) {
+  v1::CameraModel camera;
+  camera.set_width(32);
+  camera.set_height(32);
+  sensor_msgs::Image image;
+  image.width = image.height = 32;
+  image.step = 64;
+  image.encoding = "16UC1";
+  for (int i = 0; i < 32 * 32; ++i) {  // instances 0 to 1023 of class 1
+    const int number = 10'000 + i;
+    image.data.push_back(static_cast<uint8_t>(number % 256));
+    image.data.push_back(static_cast<uint8_t>(number / 256));
+  }
+  const auto found =
+      LabelImageInstances(image, {.labels = {{"1", "cup"}}, .divisor = 10'000}, camera);
+  ASSERT_TRUE(found.ok()) << found.status();
+  EXPECT_EQ(found->size(), 254);
 }
 
 TEST(LabelImageInstancesTest, OtherImagesAreRefused) {
