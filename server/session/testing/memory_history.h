@@ -49,7 +49,8 @@ class MemoryHistory {
   void Add(const storage::Commit& commit) {
     const AppliedBatch& applied = commit.applied;
     const Revision revision = applied.snapshot->revision;
-    const auto num_changes = static_cast<int64_t>(applied.changes.size());
+    const int64_t num_changes =
+        commit.num_changes.value_or(static_cast<int64_t>(applied.changes.size()));
     MutexLock lock(&mutex_);
     entries_[revision] = std::make_shared<Entry>(Entry{
         {{revision, commit.time, commit.author, num_changes}, applied.changes}, applied.snapshot});

@@ -6,7 +6,8 @@
 #include "gtest/gtest.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
-#include "storage/geopackage/testing/map.h"
+#include "storage/conformance/testing/edited_map.h"
+#include "storage/conformance/testing/recorded_map.h"
 
 namespace hypermap::storage {
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "storage/geopackage/testing/history.h"
+#include "storage/conformance/testing/recorded_map.h"
 #include "storage/map_store.h"
 #include "tests/support/random_map.h"
 

@@ -1,10 +1,11 @@
-#include "storage/geopackage/testing/history.h"
+#include "storage/conformance/testing/recorded_map.h"
 
 #include <string>
 #include <utility>
 #include <variant>
 
 #include "gtest/gtest.h"
+#include "map/edits/difference.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 
@@ -97,8 +98,12 @@ std::vector<Edit> RandomCellEdits(Rng& rng, const LayerSpec& spec) {
 bool SameChange(const Change& a, const Change& b) { return std::visit(Same(), a, b); }
 
 void RecordedMap::Reopen(MapStore& store) {
-  map_.stored.reset();
-  auto opened = store.Open("site");
+  Close();
+  Open(store);
+}
+
+void RecordedMap::Open(MapStore& store) {
+  auto opened = store.Open(map_.snapshot->map_name);
   ASSERT_TRUE(opened.ok()) << opened.status();
   map_.stored = *std::move(opened);
   auto loaded = map_.stored->Load();
@@ -110,19 +115,43 @@ void RecordedMap::Reopen(MapStore& store) {
 void RecordedMap::Write(const std::vector<EditBatch>& batches) {
   std::vector<Commit> commits;
   for (const EditBatch& batch : batches) {
-    commits.push_back(MakeCommit(*map_.snapshot, batch));
-    map_.snapshot = commits.back().applied.snapshot;
+    const Snapshot& before = commits.empty() ? now() : *commits.back().applied.snapshot;
+    commits.push_back(MakeCommit(before, batch));
+  }
+  WriteCommits(commits);
+}
+
+void RecordedMap::WriteCommits(const std::vector<Commit>& commits) {
+  for (const Commit& commit : commits) {
+    map_.snapshot = commit.applied.snapshot;
     snapshots_.push_back(map_.snapshot);
-    commits_.push_back(commits.back());
+    commits_.push_back(commit);
   }
   const absl::Status status = map_.stored->Write(commits);
   ASSERT_TRUE(status.ok()) << status;
 }
 
-void RecordedMap::Compact(Revision oldest, int max_rows) {
+std::vector<Change> RecordedMap::WriteSquashed(const std::vector<EditBatch>& batches) {
+  const SnapshotPtr before = map_.snapshot;
+  Commit commit;
+  for (const EditBatch& batch : batches) {
+    commit = MakeCommit(*map_.snapshot, batch);
+    map_.snapshot = commit.applied.snapshot;
+    snapshots_.push_back(map_.snapshot);
+    commits_.push_back(commit);
+  }
+  commit.applied.changes = Difference(*before, *map_.snapshot);
+  commit.applied.object_ids.clear();
+  commits_.back() = commit;
+  const absl::Status status = map_.stored->Write({commit});
+  EXPECT_TRUE(status.ok()) << status;
+  return commit.applied.changes;
+}
+
+void RecordedMap::Compact(Revision oldest, int max_rows, absl::Time receipts_before) {
   absl::StatusOr<bool> more = true;
   for (int i = 0; i < 10000 && more.ok() && *more; ++i) {
-    more = map_.stored->Compact(oldest, absl::InfinitePast(), max_rows);
+    more = map_.stored->Compact(oldest, receipts_before, max_rows);
   }
   ASSERT_TRUE(more.ok()) << more.status();
   EXPECT_FALSE(*more);

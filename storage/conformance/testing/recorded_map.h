@@ -1,11 +1,11 @@
 // A map together with all its past states, and random edits, for tests of the history.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_TESTING_HISTORY_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_TESTING_HISTORY_H_
+#ifndef HYPERMAP_STORAGE_CONFORMANCE_TESTING_RECORDED_MAP_H_
+#define HYPERMAP_STORAGE_CONFORMANCE_TESTING_RECORDED_MAP_H_
 
 #include <memory>
 #include <vector>
 
-#include "storage/geopackage/testing/map.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/history.h"
 #include "tests/support/random_map.h"
 
@@ -23,12 +23,21 @@ class RecordedMap {
 
   // Closes the map and opens it from its store, as a restarted server does.
   void Reopen(MapStore& store);
+  // The parts of Reopen. Open expects that the map is as it was.
+  void Close() { map_.stored.reset(); }
+  void Open(MapStore& store);
 
-  // Writes the batches as one group.
+  // Writes the batches as one group of commits.
   void Write(const std::vector<EditBatch>& batches);
+  // Writes one group. REQUIRES: the commits follow the newest one.
+  void WriteCommits(const std::vector<Commit>& commits);
+  // Writes the batches as one commit that skips all revisions but the last, as a replica does. What
+  // the history tells of the skipped revisions, and of the commit itself, is not promised. Returns
+  // the changes of the commit.
+  std::vector<Change> WriteSquashed(const std::vector<EditBatch>& batches);
 
   // Compacts until nothing is left to remove.
-  void Compact(Revision oldest, int max_rows);
+  void Compact(Revision oldest, int max_rows, absl::Time receipts_before = absl::InfinitePast());
 
   std::unique_ptr<HistoryReader> Reader() const;
 
@@ -49,4 +58,4 @@ EditBatch RandomBatch(hypermap::testing::Rng& rng, const Snapshot& now);
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_TESTING_HISTORY_H_
+#endif  // HYPERMAP_STORAGE_CONFORMANCE_TESTING_RECORDED_MAP_H_
