@@ -1,6 +1,5 @@
-// hypermap_changes: the changes of each commit in their order. Changes of objects and tiles name
-// them only; their content before and after is in their history. Changes of structure are stored
-// whole, in `detail`.
+// hypermap_changes: the changes of each commit in their order, with the columns of
+// storage/encoding/change_columns.h.
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_LOG_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_CHANGE_LOG_H_
 
@@ -12,7 +11,6 @@
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
 #include "map/edits/change.h"
-#include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/tile_matrix.h"
 #include "storage/sqlite/sqlite.h"
 
@@ -28,10 +26,6 @@ struct LoggedChange {
   std::string detail;  // JSON
 };
 
-inline constexpr char kObjectPut[] = "put";
-inline constexpr char kObjectRemoved[] = "remove";
-inline constexpr char kTileWritten[] = "tile";
-
 // Inserts one change; `number` is its place in the commit.
 absl::Status InsertChange(Database* database, Revision revision, int64_t number,
                           std::optional<int64_t> lineage, const Change& change);
@@ -44,10 +38,6 @@ inline constexpr char kLoggedChangeColumns[] =
     "revision, kind, lineage, object_id, tile_column, tile_row, detail";
 // Reads a row of kLoggedChangeColumns. DATA_LOSS.
 absl::StatusOr<LoggedChange> ReadLoggedChange(Statement* row);
-
-// Decodes a change of structure, which is every change except those of objects and tiles. `layer`
-// is the layer of its lineage. DATA_LOSS.
-absl::StatusOr<Change> DecodeStructureChange(const LoggedChange& logged, const StoredLayer& layer);
 
 }  // namespace hypermap::storage
 

@@ -5,6 +5,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/string_view.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/map_check.h"
 #include "storage/geopackage/testing/faulty_files.h"
 #include "storage/geopackage/testing/map.h"

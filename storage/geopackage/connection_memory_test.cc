@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "map/content_bytes.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 #include "storage/history.h"
 #include "tests/support/temporary_folder.h"

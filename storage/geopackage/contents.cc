@@ -5,7 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
-#include "storage/geopackage/geometry_blob.h"
+#include "storage/encoding/geometry_blob.h"
 #include "storage/geopackage/tile_matrix.h"
 
 namespace hypermap::storage {

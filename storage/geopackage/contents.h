@@ -9,7 +9,7 @@
 #include "absl/time/time.h"
 #include "map/geometry/point.h"
 #include "map/layers/layer_spec.h"
-#include "storage/geopackage/tile_codec.h"
+#include "storage/encoding/tile_codec.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {

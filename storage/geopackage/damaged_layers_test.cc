@@ -11,6 +11,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "map/edits/apply.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/map_check.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"

@@ -5,6 +5,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {

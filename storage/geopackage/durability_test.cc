@@ -10,6 +10,7 @@
 #include "gtest/gtest.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 

@@ -8,8 +8,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "storage/encoding/packed_bytes.h"
 #include "storage/geopackage/evidence_retention.h"
-#include "storage/geopackage/packed_bytes.h"
 
 namespace hypermap::storage {
 namespace {

@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
-#include "storage/geopackage/packed_bytes.h"
+#include "storage/encoding/packed_bytes.h"
 
 namespace hypermap::storage {
 
@@ -124,10 +124,7 @@ absl::Status AddForgotten(Database* database, const std::string& layer, const st
     HYPERMAP_RETURN_IF_ERROR(
         database->Run("DELETE FROM hypermap_forgotten_sequences WHERE id = ?", id));
   }
-  return database->Run(
-      "INSERT INTO hypermap_forgotten_sequences (layer, robot, first_sequence, last_sequence) "
-      "VALUES (?, ?, ?, ?)",
-      layer, robot, added.first, added.last);
+  return InsertForgotten(database, layer, {robot, added});
 }
 
 // Removes at most `max_rows` observations up to the base.
@@ -236,6 +233,48 @@ absl::Status MoveFusionBase(Database* database, const std::string& layer,
   HYPERMAP_RETURN_IF_ERROR(database->Run(kRemoveCheckpoints, layer, stamp_ns, after.robot,
                                          after.sequence, checkpoint.number));
   return transaction.Commit();
+}
+
+absl::StatusOr<std::vector<ForgottenNames>> ReadForgotten(
+    Database* database, const std::string& layer, const std::optional<ForgottenNames>& after,
+    int max_count) {
+  const std::string where = after ? "AND (robot, first_sequence) > (?3, ?4) " : "";
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database->Prepare(absl::StrCat("SELECT robot, first_sequence, last_sequence "
+                                     "FROM hypermap_forgotten_sequences WHERE layer = ?1 ",
+                                     where, "ORDER BY robot, first_sequence LIMIT ?2")));
+  if (after) {
+    select.Bind(layer, max_count, after->robot, after->sequences.first);
+  } else {
+    select.Bind(layer, max_count);
+  }
+  std::vector<ForgottenNames> names;
+  while (true) {
+    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select.Step());
+    if (!has_row) return names;
+    names.push_back({std::string(select.Text(0)), {select.Int64(1), select.Int64(2)}});
+    HYPERMAP_RETURN_IF_ERROR(Named(kForgottenTable, select.row_status()));
+  }
+}
+
+absl::Status PutFusionBase(Database* database, const std::string& layer, const FusionBase& base) {
+  const ObservationKey& after = base.key.after;
+  const std::string state = PackBytes(base.state);
+  return database->Run(
+      "INSERT OR REPLACE INTO hypermap_fusion_bases "
+      "(layer, stamp_ns, robot, sequence, number, num_facts, state_size, state) "
+      "VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
+      layer, absl::ToUnixNanos(after.stamp), after.robot, after.sequence, base.key.number,
+      base.num_facts, static_cast<int64_t>(base.state.size()), BlobView{state});
+}
+
+absl::Status InsertForgotten(Database* database, const std::string& layer,
+                             const ForgottenNames& names) {
+  return database->Run(
+      "INSERT INTO hypermap_forgotten_sequences (layer, robot, first_sequence, last_sequence) "
+      "VALUES (?, ?, ?, ?)",
+      layer, names.robot, names.sequences.first, names.sequences.last);
 }
 
 absl::StatusOr<bool> IsForgotten(Database* database, const std::string& layer,

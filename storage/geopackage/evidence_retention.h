@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -30,6 +31,16 @@ absl::StatusOr<std::optional<FusionCheckpoint>> FindNextFusionBase(Database* dat
                                                                    const std::string& layer,
                                                                    absl::Time stored_before);
 absl::Status MoveFusionBase(Database* database, const std::string& layer, const LogKey& checkpoint);
+
+// As the method of FusionLog.
+absl::StatusOr<std::vector<ForgottenNames>> ReadForgotten(
+    Database* database, const std::string& layer, const std::optional<ForgottenNames>& after,
+    int max_count);
+
+// Write what a copy of a log has (FusionChange), within a transaction of the caller.
+absl::Status PutFusionBase(Database* database, const std::string& layer, const FusionBase& base);
+absl::Status InsertForgotten(Database* database, const std::string& layer,
+                             const ForgottenNames& names);
 
 // Returns whether the name is one of a forgotten observation whose row is removed.
 absl::StatusOr<bool> IsForgotten(Database* database, const std::string& layer,

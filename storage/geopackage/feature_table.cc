@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "base/status/status_macros.h"
+#include "storage/encoding/object_columns.h"
 #include "storage/geopackage/contents.h"
 #include "storage/geopackage/for_table.h"
 #include "storage/geopackage/foreign_writes.h"
@@ -137,18 +138,6 @@ class WithoutTriggers {
   sqlite3* handle_;
 };
 
-std::optional<int64_t> Nanoseconds(const std::optional<absl::Time>& time) {
-  return time ? std::make_optional(absl::ToUnixNanos(*time)) : std::nullopt;
-}
-
-std::optional<double> LowEnd(const std::optional<HeightRange>& height) {
-  return height ? std::make_optional(height->low_m) : std::nullopt;
-}
-
-std::optional<double> HighEnd(const std::optional<HeightRange>& height) {
-  return height ? std::make_optional(height->high_m) : std::nullopt;
-}
-
 std::vector<IndexCell> CellsOf(absl::Span<const SemanticObject* const> objects) {
   std::vector<IndexCell> cells;
   cells.reserve(objects.size());
@@ -212,13 +201,13 @@ absl::Status FeatureTable::ArchiveAll(Revision end_revision) {
 
 absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObject* before,
                                Revision revision) {
-  HYPERMAP_ASSIGN_OR_RETURN(const ObjectRow row, EncodeObjectRow(object));
+  HYPERMAP_ASSIGN_OR_RETURN(const EncodedObject columns, EncodeObject(object));
   // A replica writes the changes of several revisions in one commit, with their own versions.
   const Revision version = object.version > 0 ? object.version : revision;
   const auto write = [&](const std::string& sql) {
-    return database_->Run(sql, BlobView{row.geometry}, object.label, object.existence, row.classes,
-                          row.tags, row.attributes, LowEnd(object.height), HighEnd(object.height),
-                          Nanoseconds(object.expires_at), version, object.id);
+    return database_->Run(sql, BlobView{columns.shape}, object.label, object.existence,
+                          columns.classes, columns.tags, columns.attributes, columns.height_min,
+                          columns.height_max, columns.expires_at_ns, version, object.id);
   };
   absl::Status inserted;
   if (before == nullptr) {
@@ -229,9 +218,9 @@ absl::Status FeatureTable::Put(const SemanticObject& object, const SemanticObjec
   HYPERMAP_ASSIGN_OR_RETURN(const bool was_there, Archive(object.id, revision));
   if (!was_there && before == nullptr) return inserted;
   if (before == nullptr || before->shape != object.shape) return write(update_sql_);
-  return database_->Run(update_without_geometry_sql_, object.label, object.existence, row.classes,
-                        row.tags, row.attributes, LowEnd(object.height), HighEnd(object.height),
-                        Nanoseconds(object.expires_at), version, object.id);
+  return database_->Run(update_without_geometry_sql_, object.label, object.existence,
+                        columns.classes, columns.tags, columns.attributes, columns.height_min,
+                        columns.height_max, columns.expires_at_ns, version, object.id);
 }
 
 absl::Status FeatureTable::PutNew(absl::Span<const SemanticObject* const> objects,

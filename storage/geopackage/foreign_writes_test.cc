@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/map_check.h"
 #include "storage/geopackage/map_repair.h"
 #include "storage/geopackage/testing/map.h"

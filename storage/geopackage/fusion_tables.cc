@@ -3,11 +3,12 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "base/cancellation/cancellation.h"
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
+#include "storage/encoding/packed_bytes.h"
 #include "storage/geopackage/evidence_retention.h"
-#include "storage/geopackage/packed_bytes.h"
 
 namespace hypermap::storage {
 
@@ -73,6 +74,23 @@ namespace {
 constexpr int64_t kBytesOfRange = 2 * sizeof(SequenceRange);
 
 constexpr char kNewestFirst[] = " ORDER BY stamp_ns DESC, robot DESC, sequence DESC, number DESC ";
+
+constexpr const char* kFusionTables[] = {
+    "hypermap_fusion",        "hypermap_observations",       "hypermap_operator_facts",
+    "hypermap_fusion_tracks", "hypermap_fusion_checkpoints", kBasesTable,
+    kForgottenTable};
+
+// The entries of a layer ?1 after the key ?2 to ?5, at most ?6. $which restricts the observations.
+constexpr char kReadEntries[] = R"sql(
+SELECT * FROM (SELECT stamp_ns, robot, sequence, 0 AS number, '' AS kind, '' AS track, body,
+    body_size, content_hash, received_at_ns, retracted
+  FROM hypermap_observations WHERE layer = ?1 $which AND (stamp_ns, robot, sequence) > (?2, ?3, ?4)
+  ORDER BY stamp_ns, robot, sequence LIMIT ?6)
+UNION ALL SELECT stamp_ns, robot, sequence, number, kind, track, body, NULL, 0, 0, 0
+  FROM hypermap_operator_facts WHERE layer = ?1
+    AND (stamp_ns, robot, sequence, number) > (?2, ?3, ?4, ?5)
+ORDER BY stamp_ns, robot, sequence, number LIMIT ?6
+)sql";
 
 int64_t Nanos(absl::Time time) { return absl::ToUnixNanos(time); }
 
@@ -170,13 +188,20 @@ absl::Status WriteFusionChange(Database* database, const FusionChange& change) {
   write_all(change.retracted, RetractObservation);
   write_all(change.facts, InsertFact);
   write_all(change.tracks, PutTrack);
+  if (status.ok() && change.base) status = PutFusionBase(database, change.layer, *change.base);
+  write_all(change.forgotten, InsertForgotten);
   return status;
 }
 
+absl::Status DropAllFusion(Database* database) {
+  for (const char* table : kFusionTables) {
+    HYPERMAP_RETURN_IF_ERROR(database->Run(absl::StrCat("DELETE FROM ", table)));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status DropFusion(Database* database, const std::string& layer) {
-  for (const char* table :
-       {"hypermap_fusion", "hypermap_observations", "hypermap_operator_facts",
-        "hypermap_fusion_tracks", "hypermap_fusion_checkpoints", kBasesTable, kForgottenTable}) {
+  for (const char* table : kFusionTables) {
     HYPERMAP_RETURN_IF_ERROR(
         database->Run(absl::StrCat("DELETE FROM ", table, " WHERE layer = ?"), layer));
   }
@@ -342,37 +367,54 @@ absl::StatusOr<std::optional<LogKey>> FusionTables::NewestFact(const std::string
 
 absl::StatusOr<std::vector<LogEntry>> FusionTables::Read(const std::string& layer,
                                                          const LogKey& after, int max_entries) {
+  std::vector<LogEntry> entries;
+  const absl::Status status =
+      ForEachEntry(layer, after, "AND retracted = 0", max_entries,
+                   [&](StoredEntry entry) { entries.push_back(std::move(entry.entry)); });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return entries;
+}
+
+absl::StatusOr<std::vector<FusionLog::StoredEntry>> FusionTables::ReadStored(
+    const std::string& layer, const LogKey& after, int max_entries) {
+  std::vector<StoredEntry> entries;
+  const absl::Status status =
+      ForEachEntry(layer, after, /*which=*/"", max_entries,
+                   [&](StoredEntry entry) { entries.push_back(std::move(entry)); });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return entries;
+}
+
+absl::Status FusionTables::ForEachEntry(const std::string& layer, const LogKey& after,
+                                        absl::string_view which, int max_entries,
+                                        absl::FunctionRef<void(StoredEntry)> take) {
   HYPERMAP_ASSIGN_OR_RETURN(
-      Statement select,
-      database_->Prepare(
-          "SELECT * FROM (SELECT stamp_ns, robot, sequence, 0 AS number, '' AS kind, '' AS track, "
-          "body, body_size FROM hypermap_observations WHERE layer = ?1 AND retracted = 0 "
-          "AND (stamp_ns, robot, sequence) > (?2, ?3, ?4) "
-          "ORDER BY stamp_ns, robot, sequence LIMIT ?6) "
-          "UNION ALL SELECT stamp_ns, robot, sequence, number, kind, track, body, NULL "
-          "FROM hypermap_operator_facts WHERE layer = ?1 "
-          "AND (stamp_ns, robot, sequence, number) > (?2, ?3, ?4, ?5) "
-          "ORDER BY stamp_ns, robot, sequence, number LIMIT ?6"));
+      Statement select, database_->Prepare(absl::StrReplaceAll(kReadEntries, {{"$which", which}})));
   select.Bind(layer, Nanos(after.after.stamp), after.after.robot, after.after.sequence,
               after.number, max_entries);
-  std::vector<LogEntry> entries;
-  absl::Status status = ForEachRow(&select, "hypermap_observations", [&] {
-    LogEntry entry{{KeyAt(&select, 0), select.Int64(3)},
-                   std::string(select.Text(4)),
-                   std::string(select.Text(5)),
-                   ""};
+  return ForEachRow(&select, "hypermap_observations", [&] {
+    StoredEntry stored;
+    LogEntry& entry = stored.entry;
+    entry.key = {KeyAt(&select, 0), select.Int64(3)};
+    entry.kind = std::string(select.Text(4));
+    entry.track = std::string(select.Text(5));
     const absl::string_view body = select.Blob(6);
     if (entry.key.number > 0) {
       entry.body = std::string(body);
     } else {
-      HYPERMAP_ASSIGN_OR_RETURN(std::string unpacked, UnpackBytes(body, select.Int64(7)));
-      entry.body = std::move(unpacked);
+      HYPERMAP_ASSIGN_OR_RETURN(entry.body, UnpackBytes(body, select.Int64(7)));
+      stored.content_hash = static_cast<uint64_t>(select.Int64(8));
+      stored.received_at = absl::FromUnixNanos(select.Int64(9));
+      stored.retracted = select.Int64(10) != 0;
     }
-    entries.push_back(std::move(entry));
+    take(std::move(stored));
     return absl::OkStatus();
   });
-  HYPERMAP_RETURN_IF_ERROR(status);
-  return entries;
+}
+
+absl::StatusOr<std::vector<ForgottenNames>> FusionTables::Forgotten(
+    const std::string& layer, const std::optional<ForgottenNames>& after, int max_count) {
+  return ReadForgotten(database_, layer, after, max_count);
 }
 
 absl::StatusOr<std::optional<FusionCheckpoint>> FusionTables::FindCheckpoint(

@@ -8,8 +8,10 @@
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 #include "storage/fusion_log.h"
 #include "storage/sqlite/sqlite.h"
 
@@ -18,9 +20,11 @@ namespace hypermap::storage {
 // Creates the tables.
 extern const char kCreateFusionTables[];
 
-// Both run within a transaction of the caller.
+// These run within a transaction of the caller.
 absl::Status WriteFusionChange(Database* database, const FusionChange& change);
 absl::Status DropFusion(Database* database, const std::string& layer);
+// Removes the logs of all layers.
+absl::Status DropAllFusion(Database* database);
 
 // Borrows the database.
 class FusionTables : public FusionLog {
@@ -43,6 +47,11 @@ class FusionTables : public FusionLog {
   absl::StatusOr<std::optional<LogKey>> NewestFact(const std::string& layer) override;
   absl::StatusOr<std::vector<LogEntry>> Read(const std::string& layer, const LogKey& after,
                                              int max_entries) override;
+  absl::StatusOr<std::vector<StoredEntry>> ReadStored(const std::string& layer, const LogKey& after,
+                                                      int max_entries) override;
+  absl::StatusOr<std::vector<ForgottenNames>> Forgotten(const std::string& layer,
+                                                        const std::optional<ForgottenNames>& after,
+                                                        int max_count) override;
   absl::StatusOr<std::optional<FusionCheckpoint>> FindCheckpoint(
       const std::string& layer, const std::optional<LogKey>& before) override;
   absl::StatusOr<std::vector<CheckpointKey>> Checkpoints(const std::string& layer) override;
@@ -55,6 +64,10 @@ class FusionTables : public FusionLog {
   absl::Status MoveBase(const std::string& layer, const LogKey& checkpoint) override;
 
  private:
+  // Calls `take` for the entries that Read returns. `which` restricts the observations.
+  absl::Status ForEachEntry(const std::string& layer, const LogKey& after, absl::string_view which,
+                            int max_entries, absl::FunctionRef<void(StoredEntry)> take);
+
   Database* const database_;
 };
 

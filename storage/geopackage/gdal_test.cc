@@ -12,6 +12,7 @@
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
 #include "nlohmann/json.hpp"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 

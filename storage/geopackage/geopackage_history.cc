@@ -8,6 +8,7 @@
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "base/text/utf8.h"
+#include "storage/encoding/change_columns.h"
 #include "storage/geopackage/layer_history.h"
 
 namespace hypermap::storage {
@@ -250,7 +251,7 @@ absl::Status GeoPackageHistory::AddChanges(std::vector<PastCommit>* commits) {
 }
 
 absl::StatusOr<Change> GeoPackageHistory::ToChange(const LoggedChange& logged, Lineages* lineages) {
-  if (logged.lineage == 0) return DecodeStructureChange(logged, StoredLayer());
+  if (logged.lineage == 0) return DecodeStructureChange(logged.kind, logged.detail, LayerSpec());
   auto lineage = lineages->find(logged.lineage);
   if (lineage == lineages->end()) {
     HYPERMAP_ASSIGN_OR_RETURN(Lineage read, ReadLineage(database_.get(), logged.lineage));
@@ -268,7 +269,8 @@ absl::StatusOr<Change> GeoPackageHistory::ToChange(const LoggedChange& logged, L
     return Change(TileWritten{name, FromMatrix(logged.tile), std::move(before), std::move(after)});
   }
   const bool is_put = logged.kind == kObjectPut;
-  if (!is_put && logged.kind != kObjectRemoved) return DecodeStructureChange(logged, layer.stored);
+  if (!is_put && logged.kind != kObjectRemoved)
+    return DecodeStructureChange(logged.kind, logged.detail, layer.stored.spec);
   HYPERMAP_ASSIGN_OR_RETURN(ObjectPtr before, objects_.At(layer, logged.object_id, revision - 1));
   if (!is_put) {
     if (before == nullptr) return absl::DataLossError("removes an object that was not there");

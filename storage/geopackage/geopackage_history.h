@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "storage/generation_cache.h"
 #include "storage/geopackage/change_log.h"
-#include "storage/geopackage/generation_cache.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/object_versions.h"
 #include "storage/geopackage/past_map.h"

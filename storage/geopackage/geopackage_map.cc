@@ -293,6 +293,57 @@ absl::StatusOr<std::optional<Receipt>> GeoPackageMap::FindReceipt(absl::string_v
   return receipt;
 }
 
+absl::StatusOr<MapPosition> GeoPackageMap::Position() {
+  const absl::StatusOr<MapMetadata> metadata = ReadMetadata(database_.get());
+  if (!metadata.ok()) return InMap(AsDamage(metadata.status()));
+  return PositionOf(*metadata);
+}
+
+absl::StatusOr<std::vector<TimedReceipt>> GeoPackageMap::Receipts(absl::string_view after,
+                                                                  int max_count) {
+  absl::StatusOr<std::vector<TimedReceipt>> receipts =
+      ReadReceipts(database_.get(), after, max_count);
+  if (!receipts.ok()) return InMap(AsDamage(receipts.status()));
+  return receipts;
+}
+
+absl::Status GeoPackageMap::WriteToCopy(absl::FunctionRef<absl::Status()> write) {
+  if (!header_.unfinished_copy) {
+    return absl::FailedPreconditionError("the map is no unfinished copy");
+  }
+  HYPERMAP_RETURN_IF_ERROR(files_->Check());
+  HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(database_.get()));
+  HYPERMAP_RETURN_IF_ERROR(write());
+  return transaction.Commit();
+}
+
+absl::Status GeoPackageMap::AddCopied(absl::Span<const TimedReceipt> receipts,
+                                      absl::Span<const FusionChange> fusion) {
+  return InMap(WriteToCopy([&]() -> absl::Status {
+    for (const TimedReceipt& receipt : receipts) {
+      HYPERMAP_RETURN_IF_ERROR(InsertReceipt(database_.get(), receipt));
+    }
+    for (const FusionChange& change : fusion) {
+      HYPERMAP_RETURN_IF_ERROR(WriteFusionChange(database_.get(), change));
+    }
+    return absl::OkStatus();
+  }));
+}
+
+absl::Status GeoPackageMap::ClearCopied() {
+  return InMap(WriteToCopy([&]() -> absl::Status {
+    HYPERMAP_RETURN_IF_ERROR(
+        database_->Execute("DELETE FROM hypermap_receipts; DELETE FROM hypermap_time_marks"));
+    return DropAllFusion(database_.get());
+  }));
+}
+
+absl::Status GeoPackageMap::FinishCopy() {
+  HYPERMAP_RETURN_IF_ERROR(InMap(WriteToCopy([&] { return SetComplete(database_.get()); })));
+  header_.unfinished_copy = false;
+  return absl::OkStatus();
+}
+
 absl::StatusOr<std::vector<TimeMark>> GeoPackageMap::TimeMarks() {
   absl::StatusOr<std::vector<TimeMark>> marks = ReadTimeMarks(database_.get());
   if (!marks.ok()) return InMap(AsDamage(marks.status()));

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "storage/geopackage/change_writer.h"
 #include "storage/geopackage/disk_reserve.h"
 #include "storage/geopackage/fusion_tables.h"
@@ -50,11 +51,18 @@ class GeoPackageMap : public StoredMap {
   absl::Status Write(absl::Span<const Commit> commits) override;
   absl::Status TryWrite() override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
+  absl::StatusOr<MapPosition> Position() override;
+  absl::StatusOr<std::vector<TimedReceipt>> Receipts(absl::string_view after,
+                                                     int max_count) override;
   absl::StatusOr<std::vector<TimeMark>> TimeMarks() override;
   absl::Status AddTimeMark(const TimeMark& mark, absl::Duration forget_before) override;
   absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() override;
   absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before, int max_rows) override;
   FusionLog& fusion_log() override { return fusion_; }
+  absl::Status AddCopied(absl::Span<const TimedReceipt> receipts,
+                         absl::Span<const FusionChange> fusion) override;
+  absl::Status ClearCopied() override;
+  absl::Status FinishCopy() override;
   absl::StatusOr<int64_t> BackupBytes() override;
   absl::StatusOr<std::unique_ptr<MapBackup>> OpenBackup() override;
   absl::StatusOr<std::unique_ptr<MapCheck>> OpenCheck() override;
@@ -92,6 +100,8 @@ class GeoPackageMap : public StoredMap {
   absl::Status WriteWitness();
   absl::StatusOr<bool> CompactSome(Revision oldest, absl::Time receipts_before, int max_rows);
   absl::Status WriteNothing();
+  // Runs `write` in a durable transaction. FAILED_PRECONDITION if the map is no unfinished copy.
+  absl::Status WriteToCopy(absl::FunctionRef<absl::Status()> write);
   absl::Status WriteTimeMark(const TimeMark& mark, absl::Duration forget_before);
   // Adds the name of the map to an error.
   absl::Status InMap(const absl::Status& status) const;

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "absl/time/time.h"
-#include "storage/geopackage/cache_room.h"
+#include "storage/cache_room.h"
 
 namespace hypermap::storage {
 

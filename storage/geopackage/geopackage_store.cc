@@ -19,27 +19,17 @@
 #include "storage/geopackage/geopackage_map.h"
 #include "storage/geopackage/map_check.h"
 #include "storage/geopackage/map_file.h"
+#include "storage/geopackage/pinned_map.h"
 #include "storage/geopackage/trash.h"
 #include "storage/incarnation.h"
 #include "storage/sqlite/durable_file.h"
 #include "storage/sqlite/file_lock.h"
+#include "storage/unfinished_copy.h"
 
 namespace hypermap::storage {
 namespace {
 
-constexpr absl::string_view kExtension = ".gpkg";
-
-absl::StatusOr<std::vector<std::string>> FileNames(const std::string& folder) {
-  std::vector<std::string> names;
-  std::error_code error;
-  std::filesystem::directory_iterator entry(folder, error);
-  for (; !error && entry != std::filesystem::directory_iterator(); entry.increment(error)) {
-    names.push_back(entry->path().filename().string());
-  }
-  if (error) return absl::UnavailableError(absl::StrCat(folder, ": ", error.message()));
-  std::sort(names.begin(), names.end());
-  return names;
-}
+constexpr absl::string_view kExtension = kMapExtension;
 
 class GeoPackageStore : public MapStore {
  public:
@@ -59,6 +49,10 @@ class GeoPackageStore : public MapStore {
   absl::StatusOr<std::vector<std::string>> List() override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) override;
+  absl::StatusOr<std::unique_ptr<StoredMap>> OpenUnfinishedCopy(const std::string& name) override;
+  absl::StatusOr<std::unique_ptr<ReadableMap>> Pin(const std::string& name) override {
+    return PinGeoPackage(data_dir_, name, options_);
+  }
   std::string FileStamp(const std::string& name) override;
   absl::Status Delete(const std::string& name, const std::string& request_id) override {
     return Remove(name, request_id, options_.trash_age > absl::ZeroDuration());
@@ -92,6 +86,9 @@ class GeoPackageStore : public MapStore {
   // the two maps. The earlier one goes to the trash.
   absl::Status Replace(const std::string& path, const std::string& name);
   absl::StatusOr<FileLock> LockMap(const std::string& name) const;
+  enum class Sort { kMap, kUnfinishedCopy };
+  // FAILED_PRECONDITION if the file is of the other sort; it is not touched then.
+  absl::StatusOr<std::unique_ptr<GeoPackageMap>> OpenAs(const std::string& name, Sort sort);
   // FAILED_PRECONDITION if the map's file is another name of the file of a map that is open, or a
   // symbolic link: SQLite puts the log beside the link's target.
   absl::Status CheckSingle(const std::string& name) const;
@@ -120,7 +117,7 @@ class GeoPackageStore : public MapStore {
 
 absl::Status GeoPackageStore::Recover() {
   const MutexLock lock(&mutex_);
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> names, FileNames(data_dir_));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> names, FileNamesIn(data_dir_));
   for (const std::string& name : names) {
     if (!absl::StartsWith(name, ".")) continue;
     if (!absl::EndsWith(name, ".gpkg.new") && !absl::EndsWith(name, ".gpkg.new-journal")) continue;
@@ -150,16 +147,7 @@ absl::Status GeoPackageStore::Recover() {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<std::string>> GeoPackageStore::List() {
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> files, FileNames(data_dir_));
-  std::vector<std::string> maps;
-  for (absl::string_view file : files) {
-    if (!absl::ConsumeSuffix(&file, kExtension)) continue;
-    if (ValidateName("map", file).ok()) maps.emplace_back(file);
-  }
-  std::sort(maps.begin(), maps.end());
-  return maps;
-}
+absl::StatusOr<std::vector<std::string>> GeoPackageStore::List() { return MapsInFolder(data_dir_); }
 
 absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Create(const MapHeader& header) {
   absl::Status status = ValidateName("map", header.name);
@@ -221,7 +209,7 @@ absl::Status GeoPackageStore::CheckSingle(const std::string& name) const {
   }
   // Usually a map's file has one name, and the folder need not be looked through.
   if (std::filesystem::hard_link_count(path, error) <= 1) return absl::OkStatus();
-  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> files, FileNames(data_dir_));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> files, FileNamesIn(data_dir_));
   for (const std::string& file : files) {
     absl::string_view other = file;
     if (!absl::ConsumeSuffix(&other, kExtension) || other == name) continue;
@@ -232,22 +220,38 @@ absl::Status GeoPackageStore::CheckSingle(const std::string& name) const {
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::string& name) {
+absl::StatusOr<std::unique_ptr<GeoPackageMap>> GeoPackageStore::OpenAs(const std::string& name,
+                                                                       Sort sort) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   const std::string path = PathOf(name);
   HYPERMAP_ASSIGN_OR_RETURN(const bool found, FindPath(path));
   if (!found) return absl::NotFoundError(absl::StrCat("no map ", name));
   HYPERMAP_RETURN_IF_ERROR(CheckSingle(name));
   HYPERMAP_ASSIGN_OR_RETURN(FileLock lock, LockMap(name));
+  const bool is_copy = IsUnfinishedCopy(path);
+  if (is_copy && sort == Sort::kMap) return UnfinishedCopyError(name);
+  if (!is_copy && sort == Sort::kUnfinishedCopy) {
+    return absl::FailedPreconditionError(absl::StrCat("map ", name, " is no unfinished copy"));
+  }
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GeoPackageMap> map,
                             GeoPackageMap::Open(path, name, std::move(lock), options_));
   map->set_reserve(reserve_);
+  return map;
+}
+
+absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::Open(const std::string& name) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GeoPackageMap> map, OpenAs(name, Sort::kMap));
   if (!map->header().provisional) return map;
   map.reset();
-  HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(path));
+  HYPERMAP_RETURN_IF_ERROR(RemoveMapFile(PathOf(name)));
   // The lock is of no use any more, and does no harm if it stays.
   if (absl::StatusOr<FileLock> left = LockMap(name); left.ok()) left->RemoveFile().IgnoreError();
   return absl::NotFoundError(absl::StrCat("the creation of map ", name, " was not completed"));
+}
+
+absl::StatusOr<std::unique_ptr<StoredMap>> GeoPackageStore::OpenUnfinishedCopy(
+    const std::string& name) {
+  return OpenAs(name, Sort::kUnfinishedCopy);
 }
 
 std::string GeoPackageStore::FileStamp(const std::string& name) {

@@ -3,14 +3,13 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include <cstdint>
 #include <filesystem>
-#include <thread>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {
@@ -100,38 +99,6 @@ TEST(GeoPackageStoreTest, ListsMapsSortedAndNothingElse) {
   EXPECT_THAT(Names(*store), ElementsAre("C.1-x_y", "a", "b", "broken"));
 }
 
-TEST(GeoPackageStoreTest, NamesThatAreNoNamesAreRefused) {
-  const testing::TemporaryFolder folder;
-  const auto store = OpenStore(folder.path());
-  for (const char* name : {"", ".", "..", "../x", "a/b", ".x", "a b", "ä", "a\n"}) {
-    EXPECT_EQ(store->Create(HeaderOf(name)).status().code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_EQ(store->Open(name).status().code(), absl::StatusCode::kInvalidArgument);
-    EXPECT_EQ(store->Delete(name, "").code(), absl::StatusCode::kInvalidArgument);
-  }
-  MapHeader header = HeaderOf("x");
-  header.frame_id = "";
-  EXPECT_EQ(store->Create(header).status().code(), absl::StatusCode::kInvalidArgument);
-}
-
-TEST(GeoPackageStoreTest, MapIsCreatedOnce) {
-  const testing::TemporaryFolder folder;
-  const auto store = OpenStore(folder.path());
-  const EditedMap map = CreateMap(*store, "site");
-  EXPECT_EQ(store->Create(HeaderOf("site")).status().code(), absl::StatusCode::kAlreadyExists);
-}
-
-TEST(GeoPackageStoreTest, MapIsOpenOnce) {
-  const testing::TemporaryFolder folder;
-  const auto store = OpenStore(folder.path());
-  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kNotFound);
-  EditedMap map = CreateMap(*store, "site");
-  const absl::Status status = store->Open("site").status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(status.message()), HasSubstr("map site is open"));
-  map.stored.reset();
-  EXPECT_TRUE(store->Open("site").ok());
-}
-
 TEST(GeoPackageStoreTest, OtherNamesOfAMapAreNoMaps) {
   const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
@@ -182,48 +149,6 @@ TEST(GeoPackageStoreTest, NewMapDoesNotInheritTheLogOfAnEarlierOne) {
   EXPECT_TRUE(made.snapshot->layers.empty());
 }
 
-TEST(GeoPackageStoreTest, DeletedMapIsGoneWithAllItsFiles) {
-  const testing::TemporaryFolder folder;
-  const auto store = OpenStore(folder.path());
-  CreateMap(*store, "other");
-  EditedMap map = CreateMap(*store, "site");
-  EXPECT_EQ(store->Delete("site", "r").code(), absl::StatusCode::kFailedPrecondition);
-  map.stored.reset();
-  EXPECT_EQ(*store->FindDeletion("r"), std::nullopt);
-  ASSERT_TRUE(store->Delete("site", "r").ok());
-  EXPECT_THAT(Names(*store), ElementsAre("other"));
-  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kNotFound);
-  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
-    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr("site")));
-  }
-  EXPECT_EQ(store->Delete("site", "s").code(), absl::StatusCode::kNotFound);
-  EXPECT_EQ(store->Delete("site", "").code(), absl::StatusCode::kNotFound);
-}
-
-TEST(GeoPackageStoreTest, DeletionIsAnsweredAgainAlsoAfterARestart) {
-  const testing::TemporaryFolder folder;
-  auto store = OpenStore(folder.path());
-  CreateMap(*store, "site");
-  CreateMap(*store, "other");
-  ASSERT_TRUE(store->Delete("site", "r").ok());
-  store.reset();
-  store = OpenStore(folder.path());
-  EXPECT_EQ(*store->FindDeletion("r"), "site");
-  EXPECT_EQ(*store->FindDeletion("s"), std::nullopt);
-  EXPECT_EQ(*store->FindDeletion(""), std::nullopt);
-  EXPECT_TRUE(store->Delete("site", "r").ok());
-  // A new map of that name stays, and the answer says so.
-  CreateMap(*store, "site");
-  const absl::Status made_since = store->Delete("site", "r");
-  EXPECT_EQ(made_since.code(), absl::StatusCode::kFailedPrecondition);
-  EXPECT_THAT(std::string(made_since.message()), HasSubstr("not deleted"));
-  EXPECT_THAT(Names(*store), ElementsAre("other", "site"));
-  EXPECT_EQ(store->Delete("other", "r").code(), absl::StatusCode::kInvalidArgument);
-  EXPECT_TRUE(store->Delete("other", "").ok());
-  EXPECT_TRUE(store->Delete("site", "").ok());
-  EXPECT_THAT(Names(*store), IsEmpty());
-}
-
 TEST(GeoPackageStoreTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
   const testing::TemporaryFolder folder;
   auto store = OpenStore(folder.path());
@@ -241,46 +166,26 @@ TEST(GeoPackageStoreTest, DeletionThatWasBegunIsEndedAtTheNextStart) {
   EXPECT_THAT(Names(*OpenStore(folder.path())), ElementsAre("site"));
 }
 
-MapHeader ProvisionalHeader() {
-  MapHeader header = HeaderOf("site");
-  header.provisional = true;
-  return header;
-}
-
-TEST(GeoPackageStoreTest, C7MapWithoutItsFirstCommitIsRemovedWhenItIsOpened) {
+TEST(GeoPackageStoreTest, DeletedMapLeavesNoFile) {
   const testing::TemporaryFolder folder;
   const auto store = OpenStore(folder.path());
-  uint64_t incarnation = 0;
-  {
-    const auto made = store->Create(ProvisionalHeader());
-    ASSERT_TRUE(made.ok()) << made.status();
-    EXPECT_TRUE((*made)->header().provisional);
-    incarnation = (*made)->header().incarnation;
+  CreateMap(*store, "site");
+  ASSERT_TRUE(store->Delete("site", "r").ok());
+  for (const auto& entry : std::filesystem::directory_iterator(folder.path())) {
+    EXPECT_THAT(entry.path().filename().string(), ::testing::Not(HasSubstr("site")));
   }
-  const absl::Status status = store->Open("site").status();
-  EXPECT_EQ(status.code(), absl::StatusCode::kNotFound) << status;
-  EXPECT_THAT(std::string(status.message()), HasSubstr("not completed"));
-  EXPECT_THAT(Names(*store), IsEmpty());
+}
+
+TEST(GeoPackageStoreTest, C7MapWithoutItsFirstCommitLeavesNoFile) {
+  const testing::TemporaryFolder folder;
+  const auto store = OpenStore(folder.path());
+  MapHeader header = HeaderOf("site");
+  header.provisional = true;
+  ASSERT_TRUE(store->Create(header).ok());
+  EXPECT_EQ(store->Open("site").status().code(), absl::StatusCode::kNotFound);
   EXPECT_FALSE(std::filesystem::exists(folder / "site.gpkg"));
   EXPECT_FALSE(std::filesystem::exists(folder / "site.gpkg-wal"));
   EXPECT_FALSE(std::filesystem::exists(folder / ".site.gpkg.lock"));
-  const EditedMap anew = CreateMap(*store, "site");
-  EXPECT_NE(anew.stored->header().incarnation, incarnation);
-}
-
-TEST(GeoPackageStoreTest, C7FirstCommitMakesAMapComplete) {
-  const testing::TemporaryFolder folder;
-  const auto store = OpenStore(folder.path());
-  {
-    auto made = store->Create(ProvisionalHeader());
-    ASSERT_TRUE(made.ok()) << made.status();
-    EditedMap map{*std::move(made), nullptr};
-    map.snapshot = *map.stored->Load();
-    map.Edit({{CreateLayer{SemanticSpec("s")}}});
-  }
-  const auto opened = store->Open("site");
-  ASSERT_TRUE(opened.ok()) << opened.status();
-  EXPECT_FALSE((*opened)->header().provisional);
 }
 
 TEST(GeoPackageStoreTest, BrokenCatalogIsNamed) {
@@ -289,27 +194,6 @@ TEST(GeoPackageStoreTest, BrokenCatalogIsNamed) {
   const absl::Status status = OpenGeoPackageStore(folder.path()).status();
   EXPECT_FALSE(status.ok());
   EXPECT_THAT(std::string(status.message()), HasSubstr("catalog.sqlite"));
-}
-
-TEST(GeoPackageStoreTest, MapsAreMadeAndDeletedFromManyThreads) {
-  const testing::TemporaryFolder folder;
-  const auto store = OpenStore(folder.path());
-  std::vector<std::thread> threads;
-  for (int t = 0; t < 4; ++t) {
-    threads.emplace_back([&store, t] {
-      for (int i = 0; i < 3; ++i) {
-        const std::string own = absl::StrCat("own-", t, "-", i);
-        CreateMap(*store, own).Edit({{CreateLayer{SemanticSpec("s")}}});
-        store->Create(HeaderOf("shared")).IgnoreError();
-        EXPECT_TRUE(store->List().ok());
-        if (i > 0) {
-          EXPECT_TRUE(store->Delete(absl::StrCat("own-", t, "-", i - 1), own).ok());
-        }
-      }
-    });
-  }
-  for (std::thread& thread : threads) thread.join();
-  EXPECT_THAT(Names(*store), ElementsAre("own-0-2", "own-1-2", "own-2-2", "own-3-2", "shared"));
 }
 
 }  // namespace

@@ -47,18 +47,6 @@ SELECT t.id, t.zoom_level, t.tile_column, t.tile_row, t.tile_data, a.scale, a.of
   LEFT JOIN gpkg_2d_gridded_tile_ancillary AS a ON a.tpudt_name = '$t' AND a.tpudt_id = t.id
 )sql";
 
-bool KnownOnlyIn(const CellBox& extent, const TileIndex& index, const Tile& tile) {
-  const CellBox cells = CellsOf(index);
-  if (extent.Contains(cells)) return true;
-  for (int32_t row = 0; row < kTileSide; ++row) {
-    for (int32_t col = 0; col < kTileSide; ++col) {
-      const CellIndex cell{cells.row_begin + row, cells.col_begin + col};
-      if (!IsUnknown(tile.at(row, col)) && !extent.Contains(cell)) return false;
-    }
-  }
-  return true;
-}
-
 absl::StatusOr<GridTable::PlacedTile> ReadRow(Statement* row, const TileCodec& codec,
                                               const CellBox& extent) {
   const int64_t zoom_level = row->Int64(1);

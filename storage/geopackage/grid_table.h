@@ -13,7 +13,7 @@
 #include "absl/status/statusor.h"
 #include "map/layers/grid_layer.h"
 #include "map/snapshot.h"
-#include "storage/geopackage/tile_codec.h"
+#include "storage/encoding/tile_codec.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {

@@ -11,12 +11,13 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/string_view.h"
 #include "base/status/status_macros.h"
+#include "storage/encoding/change_columns.h"
+#include "storage/encoding/tile_codec.h"
 #include "storage/geopackage/change_log.h"
 #include "storage/geopackage/for_table.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/geopackage/object_row.h"
-#include "storage/geopackage/tile_codec.h"
 #include "storage/geopackage/tile_matrix.h"
 
 namespace hypermap::storage {
@@ -231,7 +232,8 @@ absl::Status HistoryChecker::CheckChanges() {
 }
 
 absl::Status HistoryChecker::Resolve(const LoggedChange& change) {
-  if (change.lineage == 0) return DecodeStructureChange(change, StoredLayer()).status();
+  if (change.lineage == 0)
+    return DecodeStructureChange(change.kind, change.detail, LayerSpec()).status();
   auto found = lineages_.find(change.lineage);
   if (found == lineages_.end()) {
     found = lineages_.emplace(change.lineage, ReadLineage(database_, change.lineage)).first;
@@ -240,7 +242,8 @@ absl::Status HistoryChecker::Resolve(const LoggedChange& change) {
   const Lineage& layer = *found->second;
   if (change.kind == kObjectPut) return ResolvePut(change, layer);
   if (change.kind == kTileWritten) return ResolveTile(change, layer);
-  if (change.kind != kObjectRemoved) return DecodeStructureChange(change, layer.stored).status();
+  if (change.kind != kObjectRemoved)
+    return DecodeStructureChange(change.kind, change.detail, layer.stored.spec).status();
   HYPERMAP_ASSIGN_OR_RETURN(
       const std::optional<int64_t> before,
       database_->QueryInt64(kObjectThatEnds, change.lineage, change.object_id, change.revision));

@@ -5,7 +5,7 @@
 #include <limits>
 
 #include "absl/status/statusor.h"
-#include "storage/geopackage/geometry_blob.h"
+#include "storage/encoding/geometry_blob.h"
 
 namespace hypermap::storage {
 

@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/testing/cancelled_after.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/temporary_folder.h"
 

@@ -38,12 +38,6 @@ inline constexpr char kLayerColumns[] =
 // Reads a layer from a row of kLayerColumns. DATA_LOSS.
 absl::StatusOr<StoredLayer> ReadLayerRow(Statement* row);
 
-// The fields of a spec that only some kinds of layer have, as a JSON object: a new kind needs no
-// new columns. Decoding gives an absent field its default. INVALID_ARGUMENT for text that is not
-// UTF-8; DATA_LOSS.
-absl::StatusOr<std::string> EncodeLayerParameters(const LayerSpec& spec);
-absl::Status DecodeLayerParameters(absl::string_view text, LayerSpec* spec);
-
 }  // namespace hypermap::storage
 
 #endif  // HYPERMAP_STORAGE_GEOPACKAGE_LAYER_TABLE_H_

@@ -9,8 +9,9 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
+#include "storage/conformance/testing/recorded_map.h"
 #include "storage/geopackage/map_repair.h"
-#include "storage/geopackage/testing/history.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 

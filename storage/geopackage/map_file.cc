@@ -207,6 +207,14 @@ absl::Status Build(const std::string& path, const MapHeader& header,
   return CreateSchema(database.get(), header);
 }
 
+// Reads the metadata of a file that nobody writes to, without changing it.
+absl::StatusOr<MapMetadata> PeekMetadata(const std::string& path) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const std::unique_ptr<Database> database,
+      Database::Open(path, ModeForReading(path), GeoPackageOptions().busy_timeout));
+  return ReadMetadata(database.get());
+}
+
 }  // namespace
 
 absl::Status CreateMapFile(const std::string& path, const std::string& temporary,
@@ -255,17 +263,23 @@ absl::Status MarkRestored(const std::string& path, const std::string& request_id
       const std::unique_ptr<Database> database,
       Database::Open(path, Database::OpenMode::kExisting, options.busy_timeout));
   HYPERMAP_RETURN_IF_ERROR(database->Execute("PRAGMA synchronous = FULL"));
+  HYPERMAP_ASSIGN_OR_RETURN(const MapMetadata metadata, ReadMetadata(database.get()));
+  if (metadata.header.unfinished_copy) {
+    return absl::FailedPreconditionError("the file is an unfinished copy of a map");
+  }
   HYPERMAP_RETURN_IF_ERROR(SetCreation(database.get(), request_id));
   return SetComplete(database.get());
 }
 
 bool WasMadeBy(const std::string& path, const std::string& request_id) {
   if (request_id.empty()) return false;
-  const auto database =
-      Database::Open(path, ModeForReading(path), GeoPackageOptions().busy_timeout);
-  if (!database.ok()) return false;
-  const absl::StatusOr<MapMetadata> metadata = ReadMetadata(database->get());
+  const absl::StatusOr<MapMetadata> metadata = PeekMetadata(path);
   return metadata.ok() && metadata->header.request_id == request_id;
+}
+
+bool IsUnfinishedCopy(const std::string& path) {
+  const absl::StatusOr<MapMetadata> metadata = PeekMetadata(path);
+  return metadata.ok() && metadata->header.unfinished_copy;
 }
 
 std::string LogPathOf(const std::string& path) { return absl::StrCat(path, "-wal"); }

@@ -54,6 +54,10 @@ absl::Status MarkRestored(const std::string& path, const std::string& request_id
 // can't be read, or `request_id` is empty.
 bool WasMadeBy(const std::string& path, const std::string& request_id);
 
+// Returns whether the file tells that it is an unfinished copy; false if it can't be read. Changes
+// nothing. REQUIRES: nobody writes to the file.
+bool IsUnfinishedCopy(const std::string& path);
+
 // The write-ahead log that SQLite keeps beside a map's file.
 std::string LogPathOf(const std::string& path);
 

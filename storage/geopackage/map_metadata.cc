@@ -7,6 +7,23 @@
 #include "map/layers/layer_spec.h"
 
 namespace hypermap::storage {
+namespace {
+
+// Values of the column `provisional`. To earlier versions of the store all but 0 are the same.
+constexpr int64_t kComplete = 0;
+constexpr int64_t kProvisional = 1;
+constexpr int64_t kUnfinishedCopy = 2;
+
+int64_t CompletenessOf(const MapHeader& header) {
+  if (header.unfinished_copy) return kUnfinishedCopy;
+  return header.provisional ? kProvisional : kComplete;
+}
+
+}  // namespace
+
+MapPosition PositionOf(const MapMetadata& metadata) {
+  return {{metadata.oldest_revision, metadata.revision}, metadata.next_object_id};
+}
 
 absl::Status InsertMetadata(Database* database, int64_t schema_version,
                             const MapMetadata& metadata) {
@@ -17,7 +34,7 @@ absl::Status InsertMetadata(Database* database, int64_t schema_version,
       schema_version, metadata.header.name, metadata.header.frame_id,
       absl::ToUnixNanos(metadata.header.created_at), metadata.header.request_id, metadata.revision,
       metadata.next_object_id, static_cast<int64_t>(metadata.header.incarnation),
-      int64_t{metadata.header.provisional});
+      CompletenessOf(metadata.header));
 }
 
 absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
@@ -38,7 +55,9 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
   metadata.next_object_id = select.Int64(5);
   metadata.oldest_revision = select.Int64(6);
   metadata.header.incarnation = static_cast<uint64_t>(select.Int64(7));
-  metadata.header.provisional = select.Int64(8) != 0;
+  const int64_t completeness = select.Int64(8);
+  metadata.header.unfinished_copy = completeness == kUnfinishedCopy;
+  metadata.header.provisional = completeness != kComplete && completeness != kUnfinishedCopy;
   absl::Status status = select.row_status();
   status.Update(ValidateFrameId("frame_id", metadata.header.frame_id));
   if (!status.ok()) {
@@ -56,9 +75,9 @@ absl::StatusOr<MapMetadata> ReadMetadata(Database* database) {
 absl::Status AdvanceRevision(Database* database, Revision from, Revision to,
                              ObjectId next_object_id) {
   HYPERMAP_RETURN_IF_ERROR(database->Run(
-      "UPDATE hypermap_metadata SET revision = ?, next_object_id = ?, provisional = 0, "
-      "writing = 0 WHERE id = 1 AND revision = ?",
-      to, next_object_id, from));
+      "UPDATE hypermap_metadata SET revision = ?1, next_object_id = ?2, "
+      "provisional = iif(provisional = ?4, ?4, 0), writing = 0 WHERE id = 1 AND revision = ?3",
+      to, next_object_id, from, kUnfinishedCopy));
   if (database->changed_rows() == 1) return absl::OkStatus();
   return absl::FailedPreconditionError(
       absl::StrCat("the file is not at revision ", from, "; another program has changed it"));

@@ -20,6 +20,8 @@ struct MapMetadata {
   Revision oldest_revision = 0;
 };
 
+MapPosition PositionOf(const MapMetadata& metadata);
+
 absl::Status InsertMetadata(Database* database, int64_t schema_version,
                             const MapMetadata& metadata);
 
@@ -37,7 +39,7 @@ absl::Status SetIncarnation(Database* database, uint64_t incarnation);
 // Makes the map one that the request has created.
 absl::Status SetCreation(Database* database, const std::string& request_id);
 
-// Makes a provisional map complete.
+// Makes a provisional map, or an unfinished copy, complete.
 absl::Status SetComplete(Database* database);
 
 // Advances the oldest revision that can be read.

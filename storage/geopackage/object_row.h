@@ -2,9 +2,6 @@
 #ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ROW_H_
 #define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ROW_H_
 
-#include <string>
-
-#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/objects/semantic_object.h"
 #include "storage/sqlite/sqlite.h"
@@ -16,17 +13,6 @@ inline constexpr char kObjectColumns[] =
     "geom, label, existence, classes, tags, attributes, height_min, height_max, expires_at_ns";
 inline constexpr int kObjectIdColumn = 0;
 inline constexpr int kObjectVersionColumn = 10;
-
-// The columns of an object that are encoded.
-struct ObjectRow {
-  std::string geometry;
-  std::string classes;
-  std::string tags;
-  std::string attributes;
-};
-
-// INVALID_ARGUMENT for text that is not UTF-8 and for numbers that are not finite.
-absl::StatusOr<ObjectRow> EncodeObjectRow(const SemanticObject& object);
 
 // Reads an object from a row of the id, kObjectColumns and the version. DATA_LOSS.
 absl::StatusOr<ObjectPtr> ReadObjectRow(Statement* row);

@@ -11,8 +11,8 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "map/snapshot.h"
-#include "storage/geopackage/cache_room.h"
-#include "storage/geopackage/generation_cache.h"
+#include "storage/cache_room.h"
+#include "storage/generation_cache.h"
 #include "storage/geopackage/layer_history.h"
 #include "storage/sqlite/sqlite.h"
 

@@ -8,6 +8,7 @@
 #include "absl/strings/str_replace.h"
 #include "gtest/gtest.h"
 #include "map/layers/semantic_layer.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/support/random_map.h"
 

@@ -19,6 +19,7 @@
 #include "absl/strings/str_cat.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/faulty_files.h"
 #include "storage/geopackage/testing/map.h"
 #include "storage/geopackage/testing/map_life.h"

@@ -5,6 +5,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -17,6 +18,13 @@ namespace hypermap::storage {
 // Inserts the commit, and its receipt when it has a request id. ALREADY_EXISTS when there is a
 // receipt for that id.
 absl::Status InsertRevision(Database* database, const Commit& commit);
+
+// Inserts a receipt. ALREADY_EXISTS when there is one for its request.
+absl::Status InsertReceipt(Database* database, const TimedReceipt& timed);
+
+// As ReadableMap::Receipts.
+absl::StatusOr<std::vector<TimedReceipt>> ReadReceipts(Database* database, absl::string_view after,
+                                                       int max_count);
 
 // The commit time of a revision in nanoseconds since the Unix epoch; nullopt if it is not kept.
 absl::StatusOr<std::optional<int64_t>> ReadCommitTime(Database* database, Revision revision);

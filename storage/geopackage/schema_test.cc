@@ -14,6 +14,7 @@
 #include "gtest/gtest.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/map_file.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/testing/map.h"

@@ -15,10 +15,10 @@
 #include "absl/status/statusor.h"
 #include "map/layers/grid_layer.h"
 #include "map/snapshot.h"
-#include "storage/geopackage/cache_room.h"
-#include "storage/geopackage/generation_cache.h"
+#include "storage/cache_room.h"
+#include "storage/encoding/tile_codec.h"
+#include "storage/generation_cache.h"
 #include "storage/geopackage/layer_history.h"
-#include "storage/geopackage/tile_codec.h"
 #include "storage/geopackage/tile_matrix.h"
 #include "storage/sqlite/sqlite.h"
 

@@ -7,6 +7,7 @@
 #include "absl/time/clock.h"
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/testing/map.h"
 
 namespace hypermap::storage {

@@ -9,6 +9,7 @@
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/map_metadata.h"
 #include "storage/geopackage/testing/map.h"
 #include "storage/sqlite/revision_witness.h"

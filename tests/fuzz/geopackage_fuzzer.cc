@@ -17,6 +17,7 @@
 #include "map/query/query.h"
 #include "server/session/map_session.h"
 #include "server/session/testing/fused_site.h"
+#include "storage/conformance/testing/edited_map.h"
 #include "storage/geopackage/geopackage_store.h"
 #include "storage/geopackage/testing/map.h"
 #include "tests/fuzz/damage_file.h"

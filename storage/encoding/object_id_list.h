@@ -1,8 +1,8 @@
 // Lists of object ids as bytes. Each id is stored as its difference to the one before it (the
 // first: to 0), as a zigzag-encoded base-128 varint with the lowest group first. Consecutive ids
 // take one byte each, so that the receipt of a large import stays small.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ID_LIST_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ID_LIST_H_
+#ifndef HYPERMAP_STORAGE_ENCODING_OBJECT_ID_LIST_H_
+#define HYPERMAP_STORAGE_ENCODING_OBJECT_ID_LIST_H_
 
 #include <string>
 #include <vector>
@@ -20,4 +20,4 @@ absl::StatusOr<std::vector<ObjectId>> DecodeObjectIds(absl::string_view bytes);
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_ID_LIST_H_
+#endif  // HYPERMAP_STORAGE_ENCODING_OBJECT_ID_LIST_H_

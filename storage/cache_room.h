@@ -1,6 +1,6 @@
 // The memory that the caches of all readers may take together.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_CACHE_ROOM_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_CACHE_ROOM_H_
+#ifndef HYPERMAP_STORAGE_CACHE_ROOM_H_
+#define HYPERMAP_STORAGE_CACHE_ROOM_H_
 
 #include <atomic>
 #include <cstdint>
@@ -31,4 +31,4 @@ using CacheRoomPtr = std::shared_ptr<CacheRoom>;
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_CACHE_ROOM_H_
+#endif  // HYPERMAP_STORAGE_CACHE_ROOM_H_

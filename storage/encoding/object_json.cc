@@ -1,4 +1,4 @@
-#include "storage/geopackage/object_json.h"
+#include "storage/encoding/object_json.h"
 
 #include <cmath>
 #include <cstdint>

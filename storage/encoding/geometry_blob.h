@@ -1,8 +1,8 @@
 // Shapes as GeoPackageBinary (OGC 12-128r17, clause 2.1.3): the header "GP" with flags, spatial
 // reference and envelope, followed by the well-known binary (WKB) of a polygon, a line string or a
 // point. Other kinds of geometry, and Z or M coordinates, are not understood.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_GEOMETRY_BLOB_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_GEOMETRY_BLOB_H_
+#ifndef HYPERMAP_STORAGE_ENCODING_GEOMETRY_BLOB_H_
+#define HYPERMAP_STORAGE_ENCODING_GEOMETRY_BLOB_H_
 
 #include <string>
 
@@ -31,4 +31,4 @@ absl::StatusOr<Box> BoxOfGeometryBlob(absl::string_view blob);
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_GEOMETRY_BLOB_H_
+#endif  // HYPERMAP_STORAGE_ENCODING_GEOMETRY_BLOB_H_

@@ -8,8 +8,8 @@
 // A cell whose value is the lowest float itself is written as -infinity, which no cell has.
 //
 // A codec is immutable and safe to use from many threads.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_
+#ifndef HYPERMAP_STORAGE_ENCODING_TILE_CODEC_H_
+#define HYPERMAP_STORAGE_ENCODING_TILE_CODEC_H_
 
 #include <memory>
 #include <optional>
@@ -46,6 +46,9 @@ class TileCodec {
 // The codec of a grid kind; null for others.
 std::unique_ptr<const TileCodec> MakeTileCodec(LayerKind kind);
 
+// Returns whether the known cells of a tile are all within the extent of its grid.
+bool KnownOnlyIn(const CellBox& extent, const TileIndex& index, const Tile& tile);
+
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_TILE_CODEC_H_
+#endif  // HYPERMAP_STORAGE_ENCODING_TILE_CODEC_H_

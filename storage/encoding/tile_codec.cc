@@ -1,4 +1,4 @@
-#include "storage/geopackage/tile_codec.h"
+#include "storage/encoding/tile_codec.h"
 
 #include <cmath>
 #include <cstdint>
@@ -8,7 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "map/layers/occupancy_layer.h"
-#include "storage/geopackage/tile_image.h"
+#include "storage/encoding/tile_image.h"
 
 namespace hypermap::storage {
 namespace {
@@ -120,6 +120,18 @@ std::unique_ptr<const TileCodec> MakeTileCodec(LayerKind kind) {
       return nullptr;
   }
   return nullptr;
+}
+
+bool KnownOnlyIn(const CellBox& extent, const TileIndex& index, const Tile& tile) {
+  const CellBox cells = CellsOf(index);
+  if (extent.Contains(cells)) return true;
+  for (int32_t row = 0; row < kTileSide; ++row) {
+    for (int32_t col = 0; col < kTileSide; ++col) {
+      const CellIndex cell{cells.row_begin + row, cells.col_begin + col};
+      if (!IsUnknown(tile.at(row, col)) && !extent.Contains(cell)) return false;
+    }
+  }
+  return true;
 }
 
 }  // namespace hypermap::storage

@@ -1,8 +1,8 @@
 // Codecs of square images of kTileSide x kTileSide pixels, row-major from the top. Encoded images
 // are not trusted: any size, type or damage that the encoders would not have made is DATA_LOSS, and
 // decoding takes no more memory than one tile needs.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_TILE_IMAGE_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_TILE_IMAGE_H_
+#ifndef HYPERMAP_STORAGE_ENCODING_TILE_IMAGE_H_
+#define HYPERMAP_STORAGE_ENCODING_TILE_IMAGE_H_
 
 #include <array>
 #include <cstdint>
@@ -27,4 +27,4 @@ absl::Status DecodeTiff(absl::string_view data, TileImage<float>* image);
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_TILE_IMAGE_H_
+#endif  // HYPERMAP_STORAGE_ENCODING_TILE_IMAGE_H_

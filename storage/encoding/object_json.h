@@ -3,8 +3,8 @@
 //
 // A number with a fraction or an exponent is a double, any other number an integer. Doubles are
 // read back exactly.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_
+#ifndef HYPERMAP_STORAGE_ENCODING_OBJECT_JSON_H_
+#define HYPERMAP_STORAGE_ENCODING_OBJECT_JSON_H_
 
 #include <string>
 #include <vector>
@@ -30,4 +30,4 @@ absl::StatusOr<Attributes> DecodeAttributes(absl::string_view json);
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_OBJECT_JSON_H_
+#endif  // HYPERMAP_STORAGE_ENCODING_OBJECT_JSON_H_

@@ -1,12 +1,12 @@
 // A bounded cache that evicts the entries that were not used for longest, approximately.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_GENERATION_CACHE_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_GENERATION_CACHE_H_
+#ifndef HYPERMAP_STORAGE_GENERATION_CACHE_H_
+#define HYPERMAP_STORAGE_GENERATION_CACHE_H_
 
 #include <cstdint>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
-#include "storage/geopackage/cache_room.h"
+#include "storage/cache_room.h"
 
 namespace hypermap::storage {
 
@@ -88,4 +88,4 @@ class GenerationCache {
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_GENERATION_CACHE_H_
+#endif  // HYPERMAP_STORAGE_GENERATION_CACHE_H_

@@ -2,9 +2,10 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/cancellation/cancellation.h"
 #include "base/images/png.h"
 #include "base/status/status_macros.h"
-#include "storage/geopackage/tile_image.h"
+#include "storage/encoding/tile_image.h"
 
 namespace hypermap::storage {
 namespace {
@@ -37,6 +38,8 @@ absl::StatusOr<std::string> EncodePng(const TileImage<uint16_t>& image) {
 }
 
 absl::Status DecodePng(absl::string_view data, TileImage<uint16_t>* image) {
+  // A tile is decoded soon. Broken off in the middle, it would be taken for a damaged one.
+  const ScopedCancellation to_the_end(nullptr);
   absl::StatusOr<PngReader> reader = PngReader::Open(data, kTileSide, kTileSide);
   if (!reader.ok()) return Damaged(reader.status().message());
   const PngHeader& header = reader->header();

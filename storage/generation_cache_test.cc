@@ -1,4 +1,4 @@
-#include "storage/geopackage/generation_cache.h"
+#include "storage/generation_cache.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "storage/geopackage/packed_bytes.h"
+#include "storage/encoding/packed_bytes.h"
 
 #include <zlib.h>
 

@@ -1,10 +1,11 @@
-#include "storage/geopackage/tile_codec.h"
+#include "storage/encoding/tile_codec.h"
 
 #include <bit>
 #include <limits>
 
+#include "base/cancellation/testing/cancelled_after.h"
 #include "gtest/gtest.h"
-#include "storage/geopackage/tile_image.h"
+#include "storage/encoding/tile_image.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::storage {
@@ -50,6 +51,13 @@ absl::StatusOr<std::string> Encode(LayerKind kind, const TileCodes& codes) {
 }
 
 class TileCodecTest : public ::testing::TestWithParam<LayerKind> {};
+
+TEST_P(TileCodecTest, CancelledDecodingIsNotTakenForDamage) {
+  const std::string image = *Encode(GetParam(), Unknown());
+  const CancelledAfter cancelled(0);
+  const auto tile = MakeTileCodec(GetParam())->Decode(image);
+  EXPECT_TRUE(tile.ok()) << tile.status();
+}
 
 TEST_P(TileCodecTest, RandomTilesComeBackBitForBit) {
   const uint64_t seed = TestSeed();

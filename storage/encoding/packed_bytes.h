@@ -1,6 +1,6 @@
 // Compression of large columns.
-#ifndef HYPERMAP_STORAGE_GEOPACKAGE_PACKED_BYTES_H_
-#define HYPERMAP_STORAGE_GEOPACKAGE_PACKED_BYTES_H_
+#ifndef HYPERMAP_STORAGE_ENCODING_PACKED_BYTES_H_
+#define HYPERMAP_STORAGE_ENCODING_PACKED_BYTES_H_
 
 #include <cstdint>
 #include <string>
@@ -19,4 +19,4 @@ absl::StatusOr<std::string> UnpackBytes(absl::string_view packed, int64_t size);
 
 }  // namespace hypermap::storage
 
-#endif  // HYPERMAP_STORAGE_GEOPACKAGE_PACKED_BYTES_H_
+#endif  // HYPERMAP_STORAGE_ENCODING_PACKED_BYTES_H_

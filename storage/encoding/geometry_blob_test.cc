@@ -1,4 +1,4 @@
-#include "storage/geopackage/geometry_blob.h"
+#include "storage/encoding/geometry_blob.h"
 
 #include <cmath>
 #include <limits>

@@ -1,4 +1,4 @@
-#include "storage/geopackage/object_id_list.h"
+#include "storage/encoding/object_id_list.h"
 
 #include <cstdint>
 

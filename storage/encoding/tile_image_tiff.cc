@@ -8,7 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "storage/geopackage/tile_image.h"
+#include "storage/encoding/tile_image.h"
 
 namespace hypermap::storage {
 namespace {
