@@ -8,6 +8,7 @@
 #   - all callbacks of a call come before its OnDone, which may run on another thread;
 #   - who starts a call comes before its OnCancel, and that before its OnDone; OnCancel begins with a
 #     CancelScope (base/sync/cancel_scope.h);
+#   - all callbacks of a client's reactor come before its OnDone, which then begins with one, too;
 #   - operations that a reactor starts before gRPC has bound it to its call come before the binding;
 #   - the methods of a synchronous service, and OnDone of the calls of others, come before the end of
 #     their server's Shutdown.
@@ -84,6 +85,8 @@ copy_header(grpcpp/impl/codegen/server_callback_handlers.h
   "(reactor_\\.load\\(std::memory_order_relaxed\\))->OnDone\\(\\)"
   "(__tsan_acquire(static_cast<ServerCallbackCall*>(this)), __tsan_acquire(\\1), \\1)->OnDone(),
       __tsan_release(&ends_of_calls)")
+copy_header(grpcpp/support/client_callback.h
+  "reactor->InternalScheduleOnDone\\(" "__tsan_release(reactor), reactor->InternalScheduleOnDone(")
 copy_header(grpcpp/support/method_handler.h
   "return handler\\(\\)" "return SynchronousMethod(), handler()")
 copy_header(grpcpp/impl/codegen/server_interface.h

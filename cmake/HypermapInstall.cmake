@@ -81,7 +81,7 @@ install(TARGETS hypermap_cancellation hypermap_client hypermap_containers hyperm
     hypermap_objects hypermap_observations hypermap_proto hypermap_query hypermap_robot_reports hypermap_status
     hypermap_sync hypermap_tls hypermap_values hypermap_watch hypermap_wire
     hypermap_replica hypermap_geopackage hypermap_outbox hypermap_outbox_file hypermap_sqlite
-    hypermap_storage hypermap_text
+    hypermap_storage hypermap_storage_encoding hypermap_text
   EXPORT hypermap-targets COMPONENT client)
 foreach(folder base client_libs/cpp map)
   cmake_path(GET folder PARENT_PATH parent)

@@ -65,14 +65,15 @@ add_custom_target(unit_tests)
 # sanitizers, three times as long as without.
 set(HYPERMAP_TEST_OPTIONS $<$<CONFIG:Release,RelWithDebInfo>:-O0>)
 
-# hypermap_test(NAME [THREADS] SOURCES ... DEPS ... [PROGRAMS ...] [DEFINITIONS ...]
+# hypermap_test(NAME [THREADS] [POSTGRES] SOURCES ... DEPS ... [PROGRAMS ...] [DEFINITIONS ...]
 #   [PCH test|rpc_test|none])
 # Adds one GoogleTest program of the folder's tests and registers each of them with ctest, labelled
 # "unit". THREADS: the code under test is shared by threads; only these programs are built for
-# ThreadSanitizer. PROGRAMS: targets that the tests start. PCH: the precompiled header,
+# ThreadSanitizer. POSTGRES: the tests share a PostgreSQL server, which takes a second to start, so that
+# ctest runs them as one test; it is skipped where there is no PostgreSQL. PROGRAMS: targets that the tests start. PCH: the precompiled header,
 # by default "test".
 function(hypermap_test name)
-  cmake_parse_arguments(ARG "THREADS" "PCH" "SOURCES;DEPS;PROGRAMS;DEFINITIONS" ${ARGN})
+  cmake_parse_arguments(ARG "THREADS;POSTGRES" "PCH" "SOURCES;DEPS;PROGRAMS;DEFINITIONS" ${ARGN})
   if(HYPERMAP_UNIT_TESTS STREQUAL "none" OR (HYPERMAP_UNIT_TESTS STREQUAL "threads" AND NOT ARG_THREADS))
     return()
   endif()
@@ -89,6 +90,12 @@ function(hypermap_test name)
   hypermap_use_precompiled(${name} ${ARG_PCH})
   target_link_libraries(${name} PRIVATE ${ARG_DEPS} hypermap_warnings GTest::gmock GTest::gtest_main)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
+  if(ARG_POSTGRES)
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES TIMEOUT 1200 LABELS unit
+      SKIP_REGULAR_EXPRESSION "PostgreSQL 15 is not installed")
+    return()
+  endif()
   gtest_discover_tests(${name} NO_PRETTY_VALUES DISCOVERY_TIMEOUT 60
     PROPERTIES TIMEOUT 600 LABELS unit)
 endfunction()

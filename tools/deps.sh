@@ -5,12 +5,16 @@
 #   tools/deps.sh server   the same without PCL and the tests' libraries: for hypermap-server alone
 #   tools/deps.sh package  tools that make and try Debian packages
 #   tools/deps.sh test     other software that the tests use: a browser, GDAL, Shapely, gRPC for
-#                          Python, ament and rosidl, grpcurl; only checks for Rust
+#                          Python, ament and rosidl, PostgreSQL, grpcurl; only checks for Rust
 #   tools/deps.sh web      protoc, to build the dashboard; only checks for Node and Go
 #   tools/deps.sh python   the packages that the virtual environments of the Python client need
 #   tools/deps.sh api      protoc and its Python runtime, which make the API reference
 #   tools/deps.sh lint     clang-format, clang-tidy, buf
 #   tools/deps.sh bench    the databases that `make bench PEERS=1` compares with the server
+#
+# Debian's packages of PostgreSQL and pgbouncer start a server each, as they do for everybody who
+# installs them. The tests start their own and leave those alone, so that a machine's configuration is
+# not touched here.
 #
 # Debian packages come from apt (with sudo when not root; the package lists are only refreshed when
 # something is missing). Pinned versions of grpcurl and buf are installed in build/tools. They are
@@ -28,22 +32,23 @@ packages_of() {
              libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \
              libyaml-cpp-dev prometheus-cpp-dev libcivetweb-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev libutfcpp-dev \
              libgtest-dev libgmock-dev librapidcheck-dev libbenchmark-dev libcairo2-dev \
-             libpcl-dev libfastrtps-dev ;;
+             libpcl-dev libfastrtps-dev libpq-dev ;;
     server) echo build-essential clang-14 lld-14 cmake ninja-build \
              pkg-config libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc \
              libabsl-dev libeigen3-dev libgeos-dev libsqlite3-dev libspdlog-dev libssl-dev \
              libyaml-cpp-dev prometheus-cpp-dev libcivetweb-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev \
-             libutfcpp-dev libcairo2-dev dpkg-dev file python3 ;;
+             libutfcpp-dev libcairo2-dev libpq-dev dpkg-dev file python3 ;;
     package) echo dpkg-dev file mmdebstrap python3 ;;
     test)  echo ament-cmake chromium-headless-shell fonts-dejavu-core gdal-bin libfaketime \
-             librosidl-runtime-c-cpp-dev librosidl-typesupport-interface-dev openssl python3-gdal \
-             python3-grpcio python3-numpy python3-protobuf python3-shapely python3-yaml python3-venv \
-             rosidl-cmake rosidl-generator-c-cpp sqlite3 valgrind ;;
+             librosidl-runtime-c-cpp-dev librosidl-typesupport-interface-dev openssl patroni \
+             pgbouncer postgresql-15 postgresql-15-postgis-3 python3-gdal python3-grpcio \
+             python3-numpy python3-protobuf python3-shapely python3-yaml python3-venv rosidl-cmake \
+             rosidl-generator-c-cpp sqlite3 valgrind ;;
     web)   echo protobuf-compiler ;;
     python) echo openssl python3-venv ;;
     api)   echo protobuf-compiler python3-protobuf ;;
     lint)  echo clang-format-14 clang-tidy-14 ;;
-    bench) echo libboost-dev libpq-dev libspatialite-dev postgresql-15 postgresql-15-postgis-3 ;;
+    bench) echo libboost-dev libspatialite-dev postgresql-15 postgresql-15-postgis-3 ;;
     *)     echo "tools/deps.sh: no group '$1'" >&2; return 2 ;;
   esac
 }

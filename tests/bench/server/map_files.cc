@@ -17,7 +17,7 @@
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "map/edits/apply.h"
-#include "storage/geopackage/geometry_blob.h"
+#include "storage/encoding/geometry_blob.h"
 #include "storage/geopackage/geopackage_store.h"
 #include "storage/geopackage/schema.h"
 

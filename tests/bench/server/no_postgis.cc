@@ -1,18 +1,16 @@
-// Replaces postgis_rows.cc in builds without PostgreSQL's client library.
+// Replaces postgis.cc in builds without PostgreSQL.
 #include "tests/bench/server/postgis.h"
 
 namespace hypermap::bench {
 namespace {
 
 absl::Status NotBuilt() {
-  return absl::NotFoundError("not measured: built without libpq (tools/deps.sh bench)");
+  return absl::NotFoundError("not measured: built with -DHYPERMAP_POSTGRES=OFF");
 }
 
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PostgisCluster>> PostgisCluster::Start() { return NotBuilt(); }
-
-PostgisCluster::~PostgisCluster() = default;
 
 absl::Status PostgisCluster::Load(const GeneratedSite&) { return NotBuilt(); }
 

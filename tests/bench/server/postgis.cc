@@ -1,16 +1,9 @@
 #include "tests/bench/server/postgis.h"
 
-#include <arpa/inet.h>
 #include <libpq-fe.h>
-#include <pwd.h>
-#include <stdlib.h>
-#include <sys/socket.h>
-#include <sys/stat.h>
 #include <time.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <filesystem>
 #include <thread>
 #include <utility>
 
@@ -18,12 +11,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
+#include "storage/libpq/testing/cluster.h"
 #include "tests/bench/server/wkb.h"
 
 namespace hypermap::bench {
 namespace {
 
-constexpr char kBinaries[] = "/usr/lib/postgresql/15/bin";
 constexpr char kStatement[] = "asked";
 
 struct Closer {
@@ -75,69 +68,21 @@ double CpuSecondsOf(pid_t pid) {
   return absl::ToDoubleSeconds(absl::DurationFromTimespec(time));
 }
 
-// Returns a port on which no program listens at the moment.
-int FreePort() {
-  const int handle = socket(AF_INET, SOCK_STREAM, 0);
-  sockaddr_in address{};
-  address.sin_family = AF_INET;
-  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  socklen_t size = sizeof(address);
-  auto* const generic = reinterpret_cast<sockaddr*>(&address);
-  int port = 0;
-  if (bind(handle, generic, size) == 0 && getsockname(handle, generic, &size) == 0) {
-    port = ntohs(address.sin_port);
-  }
-  close(handle);
-  return port;
-}
-
-// Runs a command as the user postgres, since PostgreSQL refuses to run as root.
-absl::Status RunAsPostgres(const std::string& command) {
-  const std::string whole = absl::StrCat(geteuid() == 0 ? "runuser -u postgres -- " : "", kBinaries,
-                                         "/", command, " > /dev/null 2>&1");
-  if (system(whole.c_str()) == 0) return absl::OkStatus();
-  return absl::InternalError(absl::StrCat("failed: ", whole));
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<PostgisCluster>> PostgisCluster::Start() {
-  if (!std::filesystem::exists(absl::StrCat(kBinaries, "/initdb")) ||
-      !std::filesystem::exists("/usr/share/postgresql/15/extension/postgis.control")) {
-    return absl::NotFoundError("PostGIS is not installed");
-  }
-  std::string folder = std::filesystem::temp_directory_path() / "hypermap_postgis_XXXXXX";
-  if (mkdtemp(folder.data()) == nullptr) return absl::ErrnoToStatus(errno, folder);
-  if (geteuid() == 0) {
-    const passwd* const user = getpwnam("postgres");
-    if (user == nullptr || chown(folder.c_str(), user->pw_uid, user->pw_gid) != 0) {
-      return absl::NotFoundError("there is no user postgres");
-    }
-  }
-  std::unique_ptr<PostgisCluster> cluster(new PostgisCluster(folder, FreePort()));
-  absl::Status status =
-      RunAsPostgres(absl::StrCat("initdb -D ", folder, "/db -U bench -A trust --no-sync"));
-  HYPERMAP_RETURN_IF_ERROR(status);
+  using storage::postgres::Cluster;
+  HYPERMAP_RETURN_IF_ERROR(Cluster::Installed());
   // Everything in memory, one process per connection, and no background work.
-  status = RunAsPostgres(absl::StrCat(
-      "pg_ctl -D ", folder, "/db -w -o \"-c listen_addresses=127.0.0.1 -c port=", cluster->port_,
-      " -c unix_socket_directories=", folder,
-      " -c shared_buffers=1GB -c jit=off -c autovacuum=off -c max_parallel_workers_per_gather=0"
-      " -c random_page_cost=1.1"
-      " -c fsync=off\" start"));
-  HYPERMAP_RETURN_IF_ERROR(status);
-  return cluster;
+  absl::StatusOr<std::unique_ptr<Cluster>> cluster =
+      Cluster::Create({.settings = {"shared_buffers=1GB", "jit=off",
+                                    "max_parallel_workers_per_gather=0", "random_page_cost=1.1"}});
+  HYPERMAP_RETURN_IF_ERROR(cluster.status());
+  if (!(*cluster)->HasPostgis()) return absl::NotFoundError("PostGIS is not installed");
+  return std::unique_ptr<PostgisCluster>(new PostgisCluster(*std::move(cluster)));
 }
 
-PostgisCluster::~PostgisCluster() {
-  RunAsPostgres(absl::StrCat("pg_ctl -D ", folder_, "/db -m immediate stop")).IgnoreError();
-  std::error_code ignored;
-  std::filesystem::remove_all(folder_, ignored);
-}
-
-std::string PostgisCluster::ConnectionString() const {
-  return absl::StrCat("host=127.0.0.1 port=", port_, " user=bench dbname=postgres");
-}
+std::string PostgisCluster::ConnectionString() const { return cluster_->admin_target(); }
 
 absl::Status PostgisCluster::Load(const GeneratedSite& site) {
   absl::StatusOr<Connection> connection = Connect(ConnectionString());

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -12,6 +13,10 @@
 #include "absl/time/time.h"
 #include "tests/bench/server/generated_site.h"
 #include "tests/bench/server/measure.h"
+
+namespace hypermap::storage::postgres {
+class Cluster;
+}
 
 namespace hypermap::bench {
 
@@ -26,9 +31,6 @@ class PostgisCluster {
  public:
   // NOT_FOUND if the programs or the extension are not installed.
   static absl::StatusOr<std::unique_ptr<PostgisCluster>> Start();
-  ~PostgisCluster();
-  PostgisCluster(const PostgisCluster&) = delete;
-  PostgisCluster& operator=(const PostgisCluster&) = delete;
 
   // Fills the table objects (id, label, existence, geom), with a GiST index on geom.
   absl::Status Load(const GeneratedSite& site);
@@ -41,11 +43,12 @@ class PostgisCluster {
   absl::StatusOr<std::vector<int>> CountRows(const SqlCalls& calls, int count) const;
 
  private:
-  PostgisCluster(std::string folder, int port) : folder_(std::move(folder)), port_(port) {}
+  explicit PostgisCluster(std::shared_ptr<storage::postgres::Cluster> cluster)
+      : cluster_(std::move(cluster)) {}
   std::string ConnectionString() const;
 
-  const std::string folder_;
-  const int port_;
+  // Shared, because builds without PostgreSQL don't know the type.
+  const std::shared_ptr<storage::postgres::Cluster> cluster_;
 };
 
 }  // namespace hypermap::bench
