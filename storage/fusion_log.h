@@ -94,6 +94,14 @@ struct FusionBase {
 // show the track; 0: the track has no object any more.
 using TrackId = std::pair<std::string, ObjectId>;
 
+// Names of observations of a robot that are no longer kept.
+struct ForgottenNames {
+  std::string robot;
+  SequenceRange sequences;
+
+  friend bool operator==(const ForgottenNames&, const ForgottenNames&) = default;
+};
+
 // The changes of a commit to the log of one fused layer. They are stored in the same transaction.
 struct FusionChange {
   std::string layer;
@@ -105,6 +113,10 @@ struct FusionChange {
   std::vector<TrackId> tracks;
   // Checkpoints at or after this key are invalid and removed.
   std::optional<LogKey> stale_from;
+  // The rest is for copies of logs only (StoredMap::AddCopied). The base replaces the one before.
+  std::optional<FusionBase> base;
+  // REQUIRES: ranges of a robot neither overlap nor continue each other, or those that the log has.
+  std::vector<ForgottenNames> forgotten;
 };
 
 // Reads the log that FusionChanges have written. One thread at a time. Errors of all methods:
@@ -151,6 +163,23 @@ class FusionLog {
   // At most `max_entries` entries after `after`, ordered by key, without retracted observations.
   virtual absl::StatusOr<std::vector<LogEntry>> Read(const std::string& layer, const LogKey& after,
                                                      int max_entries) = 0;
+
+  // An entry with all that is stored of it.
+  struct StoredEntry {
+    LogEntry entry;
+    // Of an observation only; as in LoggedObservation and Known.
+    uint64_t content_hash = 0;
+    absl::Time received_at;
+    bool retracted = false;
+  };
+  // As Read, with the retracted observations.
+  virtual absl::StatusOr<std::vector<StoredEntry>> ReadStored(const std::string& layer,
+                                                              const LogKey& after,
+                                                              int max_entries) = 0;
+  // At most `max_count` ranges of names whose entries are removed, ordered by robot and sequence:
+  // those after the range `after`, of which the end is not used; nullopt: from the first one.
+  virtual absl::StatusOr<std::vector<ForgottenNames>> Forgotten(
+      const std::string& layer, const std::optional<ForgottenNames>& after, int max_count) = 0;
 
   // The newest checkpoint before `before`; nullopt: the newest of all.
   virtual absl::StatusOr<std::optional<FusionCheckpoint>> FindCheckpoint(

@@ -3,6 +3,8 @@
 #define HYPERMAP_STORAGE_MAP_STORE_H_
 
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -31,6 +33,12 @@ struct Receipt {
   std::string request_digest;
 };
 
+// A receipt with the time of its commit, by which it is forgotten.
+struct TimedReceipt {
+  Receipt receipt;
+  absl::Time time;
+};
+
 // One batch of edits that is to be written.
 struct Commit {
   AppliedBatch applied;
@@ -41,6 +49,10 @@ struct Commit {
   // Its changes to fused layers, at most one for each layer. When the batch deletes a layer, the
   // log of its evidence is deleted first.
   std::vector<FusionChange> fusion;
+  // What the record of the revision tells, if the commit stands for another one: a copy of a map
+  // begins with a commit of all that its oldest kept revision shows. nullopt: the number of
+  // applied.changes.
+  std::optional<int64_t> num_changes = std::nullopt;
 };
 
 // A moment in the life of a map, by all clocks that it goes by.
@@ -82,6 +94,15 @@ struct MapHeader {
   // True if the map is incomplete before its first commit. A map that a crash left without one is
   // removed when it is opened.
   bool provisional = false;
+  // True while another map is copied into this one (storage/transfer), over restarts. Such a map is
+  // no map yet: only OpenUnfinishedCopy opens it, and StoredMap::FinishCopy makes it one.
+  bool unfinished_copy = false;
+};
+
+// Where the history of a map stands.
+struct MapPosition {
+  KeptRevisions kept;
+  ObjectId next_object_id = 1;  // Snapshot::next_object_id of the newest revision
 };
 
 // A copy of a map that is about to be written.
@@ -107,16 +128,38 @@ class MapCheck {
   virtual absl::StatusOr<CheckReport> Run(const EvidenceCheck& evidence) = 0;
 };
 
-// One map, open for writing in this process alone. One thread at a time, except where a method says
+// All that a store keeps of a map, for reading. One thread at a time, except where a method says
 // otherwise.
-class StoredMap {
+class ReadableMap {
  public:
-  virtual ~StoredMap() = default;
+  virtual ~ReadableMap() = default;
 
   // The header given at its creation, but with the name it was opened by and the incarnation that
   // the map has since.
   virtual const MapHeader& header() const = 0;
 
+  virtual absl::StatusOr<MapPosition> Position() = 0;
+
+  // At most `max_count` receipts after that of the request `after`, in the order of their
+  // revisions; from the first one if `after` is empty. UNAVAILABLE if there is no receipt of that
+  // request any more; DATA_LOSS naming the damaged table and row.
+  virtual absl::StatusOr<std::vector<TimedReceipt>> Receipts(absl::string_view after,
+                                                             int max_count) = 0;
+
+  // The marks that were added, in order. DATA_LOSS naming the damaged table.
+  virtual absl::StatusOr<std::vector<TimeMark>> TimeMarks() = 0;
+
+  // The evidence of fused layers. Lives as long as this map.
+  virtual FusionLog& fusion_log() = 0;
+
+  // Opens a reader of the map's history. May be called by any thread. The reader may outlive this
+  // map, but then sees no newer revisions.
+  virtual absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() = 0;
+};
+
+// One map, open for writing in this process alone.
+class StoredMap : public ReadableMap {
+ public:
   // Findings of the opening that people should know, such as the reason for which the map has
   // another incarnation. Each is a sentence that names the map.
   virtual std::vector<std::string> opening_notes() const { return {}; }
@@ -141,6 +184,10 @@ class StoredMap {
   // map's.
   virtual absl::Status Write(absl::Span<const Commit> commits) = 0;
 
+  // OK if no other process can have written the map so far, so that Load and the writes since tell
+  // all of it; LostOwnershipError, for ever; UNAVAILABLE. Writes nothing.
+  virtual absl::Status ConfirmOwnership() { return absl::OkStatus(); }
+
   // Writes durably without changing the map: OK if a small commit could be written now. Errors as
   // Write.
   virtual absl::Status TryWrite() = 0;
@@ -148,17 +195,10 @@ class StoredMap {
   // The receipt of an earlier request, also from before a restart; nullopt when there is none.
   virtual absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) = 0;
 
-  // The marks that were added, in order. DATA_LOSS naming the damaged table.
-  virtual absl::StatusOr<std::vector<TimeMark>> TimeMarks() = 0;
-
   // Adds a mark durably, and forgets all but the newest of those with passed < `forget_before`. On
   // error nothing changes. REQUIRES: revision, commit_time, passed and lived are not before those
   // of earlier marks.
   virtual absl::Status AddTimeMark(const TimeMark& mark, absl::Duration forget_before) = 0;
-
-  // Opens a reader of the map's history. May be called by any thread. The reader may outlive this
-  // map, but then sees no newer revisions.
-  virtual absl::StatusOr<std::unique_ptr<HistoryReader>> OpenHistory() = 0;
 
   // Makes `oldest` the oldest revision that can be read, unless it was a newer one already, and
   // forgets the receipts from before `receipts_before`. Removes about `max_rows` of the rows that
@@ -168,8 +208,22 @@ class StoredMap {
   virtual absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before,
                                        int max_rows) = 0;
 
-  // The evidence of fused layers. Lives as long as this map.
-  virtual FusionLog& fusion_log() = 0;
+  // Writes into an unfinished copy what commits alone can't give it: receipts of revisions that are
+  // no longer kept, and evidence that they had forgotten. Each is one durable transaction. For
+  // another map FAILED_PRECONDITION; UNIMPLEMENTED if the store can't take copies; else as Write.
+  virtual absl::Status AddCopied(absl::Span<const TimedReceipt> /*receipts*/,
+                                 absl::Span<const FusionChange> /*fusion*/) {
+    return absl::UnimplementedError("this store can't take copies");
+  }
+  // Removes all receipts, time marks and evidence of an unfinished copy, which then has its
+  // revisions only.
+  virtual absl::Status ClearCopied() {
+    return absl::UnimplementedError("this store can't take copies");
+  }
+  // Makes an unfinished copy a map like any other.
+  virtual absl::Status FinishCopy() {
+    return absl::UnimplementedError("this store can't take copies");
+  }
 
   // The most bytes of disk that a copy takes if nothing is written before it.
   virtual absl::StatusOr<int64_t> BackupBytes() = 0;
@@ -188,20 +242,93 @@ class StoredMap {
   }
 };
 
-// A set of maps of which this process is the only writer. Thread safe.
+// The maps of a store that several servers share, and those servers, at one moment.
+struct Survey {
+  struct Server {
+    std::string id;
+    std::string address;  // at which the others reach it; may be empty
+  };
+  struct Map {
+    std::string name;
+    uint64_t incarnation = 0;
+    Revision revision = 0;
+    std::string owner;  // id of the server that has it open for writing; empty: none that lives
+  };
+  std::vector<Server> servers;  // that live, ordered by id
+  std::vector<Map> maps;        // ordered by name
+};
+
+// How far a map is in the store.
+struct NewestRevision {
+  uint64_t incarnation = 0;
+  Revision revision = 0;
+};
+
+// A set of maps. Each can be open for writing in one place at a time: in this process alone, unless
+// the store is shared. Thread safe.
 class MapStore {
  public:
   virtual ~MapStore() = default;
 
-  // The names of all maps, sorted, whether or not they can be opened.
+  // What the opening of the store found that people should know. Each is a sentence.
+  virtual std::vector<std::string> notes() const { return {}; }
+
+  // The id of this server if several may share the store; empty if they can't.
+  virtual std::string server_id() const { return ""; }
+
+  // Tells the other servers at which address, HOST:PORT, they reach this one.
+  virtual void Advertise(const std::string& /*address*/) {}
+
+  // UNAVAILABLE; UNIMPLEMENTED if the store can't be shared.
+  virtual absl::StatusOr<Survey> TakeSurvey() {
+    return absl::UnimplementedError("this store can't be shared");
+  }
+
+  // Reads the newest revisions of those of the maps that there are. No revision is missing that any
+  // server had acknowledged before the call. Does not wait for other calls. UNAVAILABLE, also if
+  // the store does not know; UNIMPLEMENTED if the store can't be shared.
+  virtual absl::StatusOr<std::map<std::string, NewestRevision>> NewestRevisions(
+      const std::vector<std::string>& /*names*/) {
+    return absl::UnimplementedError("this store can't be shared");
+  }
+
+  // Opens a map for reading, whoever has it open for writing. Everything that would write fails
+  // with FAILED_PRECONDITION. Errors as Open; UNIMPLEMENTED if the store can't be shared.
+  virtual absl::StatusOr<std::unique_ptr<StoredMap>> Follow(const std::string& /*name*/) {
+    return absl::UnimplementedError("this store can't be shared");
+  }
+
+  // Opens a map for reading as it is at this moment, whoever has it open for writing: all that is
+  // read is of one moment, except that readers of the history see later revisions, too, and no
+  // longer those that have been compacted since. To be closed soon: until then the store can't
+  // reuse the space of what is removed. Errors as Open; UNIMPLEMENTED.
+  virtual absl::StatusOr<std::unique_ptr<ReadableMap>> Pin(const std::string& /*name*/) {
+    return absl::UnimplementedError("this store can't be read while it is used");
+  }
+
+  // Opens an unfinished copy, to go on with it. FAILED_PRECONDITION if the map is none; other
+  // errors as Open.
+  virtual absl::StatusOr<std::unique_ptr<StoredMap>> OpenUnfinishedCopy(
+      const std::string& /*name*/) {
+    return absl::UnimplementedError("this store can't take copies");
+  }
+
+  // Has `heard` called when another server may have made a revision of a map, or with an empty name
+  // when anything may have changed, such as the owner of a map. These are hints: some are lost,
+  // some are false. Calls come from a thread of the store, one at a time, until the store is
+  // destroyed or another function is given.
+  virtual void ListenForChanges(std::function<void(const std::string& map)> /*heard*/) {}
+
+  // The names of all maps, sorted, whether or not they can be opened. May leave out unfinished
+  // copies.
   virtual absl::StatusOr<std::vector<std::string>> List() = 0;
 
   // ALREADY_EXISTS. After any other error there is no map, unless the error tells that it stays.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) = 0;
 
   // NOT_FOUND, also for a map whose creation was not completed; FAILED_PRECONDITION when the file
-  // is not a map, has a newer schema version or is open in another process; DATA_LOSS when it is
-  // damaged.
+  // is not a map, is an unfinished copy, has a newer schema version or is open in another process;
+  // DATA_LOSS when it is damaged.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) = 0;
 
   // Tells states of the files of a map apart, without opening them: it differs after they were

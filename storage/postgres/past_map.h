@@ -1,0 +1,61 @@
+// A map at a past revision, read from the database.
+#ifndef HYPERMAP_STORAGE_POSTGRES_PAST_MAP_H_
+#define HYPERMAP_STORAGE_POSTGRES_PAST_MAP_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "storage/history.h"
+#include "storage/libpq/connection.h"
+#include "storage/postgres/object_versions.h"
+#include "storage/postgres/tile_versions.h"
+
+namespace hypermap::storage::postgres {
+
+// The structure of the map at one revision. It never changes, so it can be cached.
+struct PastStructure {
+  StructurePtr map;
+  std::map<std::string, int64_t, std::less<>> lineages;  // of its layers
+};
+using PastStructurePtr = std::shared_ptr<const PastStructure>;
+
+// `head` has the name of the map, its frame and the revision.
+absl::StatusOr<PastStructurePtr> ReadStructure(Connection& connection, int64_t map,
+                                               MapStructure head);
+
+// Borrows the readers. Everything is read within `transaction`, which is one of the connection.
+class PostgresPastMap : public PastMap {
+ public:
+  PostgresPastMap(std::shared_ptr<Connection> connection, Transaction transaction,
+                  ObjectVersions* objects, TileVersions* tiles, PastStructurePtr structure);
+
+  const StructurePtr& structure() const override { return structure_->map; }
+  absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer, const Box& box) override;
+  absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer) override;
+  absl::StatusOr<TileMap> Tiles(const std::string& layer, const CellBox& cells) override;
+
+ private:
+  struct Found {
+    int64_t lineage = 0;
+    LayerKind kind = LayerKind::kOccupancy;
+  };
+  // NOT_FOUND; FAILED_PRECONDITION when the layer is not a grid or, without `is_grid`, not
+  // semantic.
+  absl::StatusOr<Found> Find(const std::string& layer, bool is_grid) const;
+  absl::Status InMap(const absl::Status& status) const;
+
+  const std::shared_ptr<Connection> connection_;  // outlives the transaction
+  const Transaction transaction_;
+  ObjectVersions* const objects_;
+  TileVersions* const tiles_;
+  const PastStructurePtr structure_;
+};
+
+}  // namespace hypermap::storage::postgres
+
+#endif  // HYPERMAP_STORAGE_POSTGRES_PAST_MAP_H_

@@ -1,0 +1,66 @@
+// The tiles of any kept revision.
+#ifndef HYPERMAP_STORAGE_POSTGRES_TILE_VERSIONS_H_
+#define HYPERMAP_STORAGE_POSTGRES_TILE_VERSIONS_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <tuple>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/types/span.h"
+#include "map/layers/grid_layer.h"
+#include "map/snapshot.h"
+#include "storage/cache_room.h"
+#include "storage/encoding/tile_codec.h"
+#include "storage/libpq/connection.h"
+#include "storage/postgres/version_cache.h"
+
+namespace hypermap::storage::postgres {
+
+// A row of hypermap.tiles.
+struct TileVersion {
+  int64_t lineage = 0;
+  LayerKind kind = LayerKind::kOccupancy;  // of the layer
+  TileIndex index;
+  Revision first_revision = 0;
+  Revision end_revision = 0;
+  int64_t bytes = 0;  // of the image
+
+  std::tuple<int64_t, TileIndex, Revision> key() const { return {lineage, index, first_revision}; }
+  std::string Name() const;
+  static int64_t BytesOf(const TilePtr& tile) { return tile->ByteSize(); }
+};
+
+// The place of a row of hypermap.tiles. DATA_LOSS when no grid has such a tile.
+absl::StatusOr<TileIndex> ToTileIndex(int64_t row, int64_t col);
+
+// As ObjectVersions.
+class TileVersions {
+ public:
+  TileVersions(int64_t map, CacheRoomPtr room) : map_(map), cache_(std::move(room)) {}
+
+  // The tiles of a layer of that kind that share a cell with `cells`.
+  absl::StatusOr<TileMap> InBox(Connection& connection, int64_t lineage, LayerKind kind,
+                                const CellBox& cells, Revision revision);
+
+  // The tiles of different versions, in their order. The number of statements is small: one for
+  // some megabytes.
+  absl::StatusOr<std::vector<TilePtr>> Read(Connection& connection,
+                                            absl::Span<const TileVersion> versions);
+
+ private:
+  absl::StatusOr<TilePtr> Decode(LayerKind kind, absl::string_view image);
+
+  const int64_t map_;
+  std::map<LayerKind, std::unique_ptr<const TileCodec>> codecs_;
+  VersionCache<TileVersion, TilePtr> cache_;
+};
+
+}  // namespace hypermap::storage::postgres
+
+#endif  // HYPERMAP_STORAGE_POSTGRES_TILE_VERSIONS_H_
