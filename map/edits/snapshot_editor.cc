@@ -71,6 +71,7 @@ absl::Status SnapshotEditor::DeleteLayer(const std::string& layer) {
   aliases_.erase(layer);
   objects_.erase(layer);
   grids_.erase(layer);
+  tiles_.erase(layer);
   if (max_growth_ != std::numeric_limits<int64_t>::max()) max_growth_ += found->ByteSize();
   changes_.push_back(LayerDeleted{found->spec()});
   next_->layers.erase(layer);
@@ -151,6 +152,13 @@ absl::Status SnapshotEditor::FillArea(const std::string& layer, const Polygon& a
   return writer->Fill(area, rule, value, max_cells);
 }
 
+absl::Status SnapshotEditor::PutTile(const std::string& layer, const TileIndex& index,
+                                     TilePtr tile) {
+  HYPERMAP_RETURN_IF_ERROR(Grid(layer).status());
+  tiles_[layer].insert_or_assign(index, std::move(tile));
+  return absl::OkStatus();
+}
+
 void SnapshotEditor::FinishAliases(const std::string& layer, ValueAliases aliases) {
   const SemanticLayer& before = *next_->FindSemantic(layer);
   changes_.push_back(ChangeOfAliases(layer, before.spec().aliases, aliases));
@@ -193,6 +201,17 @@ void SnapshotEditor::FinishGrid(const std::string& layer, GridWriter writer) {
   next_->layers[layer] = std::move(result.layer);
 }
 
+void SnapshotEditor::FinishTiles(const std::string& layer, const TileMap& tiles) {
+  const GridLayer& before = *next_->FindGrid(layer);
+  TileMap all = before.tiles();
+  for (const auto& [index, tile] : tiles) {
+    TilePtr& place = all[index];
+    changes_.push_back(TileWritten{layer, index, std::exchange(place, tile), tile});
+  }
+  next_->layers[layer] = std::make_shared<GridLayer>(before.spec(), before.shared_domain(),
+                                                     std::move(all), before.extent());
+}
+
 void SnapshotEditor::SetVersions() {
   struct Touch {
     void operator()(const TransformSet& /*change*/) {}
@@ -214,6 +233,7 @@ AppliedBatch SnapshotEditor::Finish() && {
   for (auto& [layer, so_far] : aliases_) FinishAliases(layer, std::move(so_far.aliases));
   for (const auto& [layer, changes] : objects_) FinishObjects(layer, changes);
   for (auto& [layer, writer] : grids_) FinishGrid(layer, std::move(writer));
+  for (const auto& [layer, tiles] : tiles_) FinishTiles(layer, tiles);
   SetVersions();
   AppliedBatch applied;
   applied.snapshot = std::move(next_);

@@ -72,6 +72,10 @@ class SnapshotEditor {
   absl::Status FillArea(const std::string& layer, const Polygon& area, CellRule rule,
                         std::optional<double> value, int64_t max_cells);
 
+  // Replaces a tile of a grid. Its known cells must be within the extent. Errors are those of Grid.
+  // REQUIRES: WriteCells and FillArea are not used for the layer.
+  absl::Status PutTile(const std::string& layer, const TileIndex& index, TilePtr tile);
+
   // Returns the snapshot with everything that was collected, and its changes in an order in which
   // they can be applied. Sets the version of each layer that changed to the revision.
   AppliedBatch Finish() &&;
@@ -88,6 +92,7 @@ class SnapshotEditor {
   void FinishAliases(const std::string& layer, ValueAliases aliases);
   void FinishObjects(const std::string& layer, const ObjectChanges& changes);
   void FinishGrid(const std::string& layer, GridWriter writer);
+  void FinishTiles(const std::string& layer, const TileMap& tiles);
   void SetVersions();
 
   std::shared_ptr<Snapshot> next_;
@@ -97,6 +102,7 @@ class SnapshotEditor {
   std::map<std::string, AliasesSoFar> aliases_;
   std::map<std::string, ObjectChanges> objects_;
   std::map<std::string, GridWriter> grids_;
+  std::map<std::string, TileMap> tiles_;
 };
 
 }  // namespace hypermap
