@@ -32,8 +32,10 @@ TEST(ScopeTest, HasNoMoreNamesThanAMapMayHaveLayers) {
 
 TEST(AsOfTest, ComesBackEqual) {
   const absl::Time time = absl::FromUnixSeconds(1'700'000'000) + absl::Nanoseconds(5);
-  for (const AsOf& sent : {AsOf{}, AsOf{.revision = 0}, AsOf{.revision = 12, .min_revision = 9},
-                           AsOf{.time = time}, AsOf{.min_revision = 3}}) {
+  for (const AsOf& sent :
+       {AsOf{}, AsOf{.revision = 0}, AsOf{.revision = 12, .min_revision = 9}, AsOf{.time = time},
+        AsOf{.min_revision = 3}, AsOf{.seen_revision = 4, .seen_incarnation = 5},
+        AsOf{.consistency = Consistency::kLinearizable}}) {
     v1::AsOf message;
     EncodeAsOf(sent, &message);
     const absl::StatusOr<AsOf> received = DecodeAsOf(message);
@@ -41,6 +43,9 @@ TEST(AsOfTest, ComesBackEqual) {
     EXPECT_EQ(received->revision, sent.revision);
     EXPECT_EQ(received->time, sent.time);
     EXPECT_EQ(received->min_revision, sent.min_revision);
+    EXPECT_EQ(received->seen_revision, sent.seen_revision);
+    EXPECT_EQ(received->seen_incarnation, sent.seen_incarnation);
+    EXPECT_EQ(received->consistency, sent.consistency);
     EXPECT_EQ(received->is_past(), sent.is_past());
   }
 }
@@ -61,6 +66,12 @@ TEST(AsOfTest, BadOnesNameTheField) {
   message.set_min_revision(-1);
   EXPECT_EQ(DecodeAsOf(message).status(),
             absl::InvalidArgumentError("as_of.min_revision is negative"));
+  message.clear_min_revision();
+  message.set_consistency(static_cast<v1::Consistency>(77));
+  EXPECT_EQ(DecodeAsOf(message).status(),
+            absl::InvalidArgumentError("as_of.consistency is not known: 77"));
+  message.set_consistency(v1::CONSISTENCY_LOCAL);
+  EXPECT_TRUE(DecodeAsOf(message).ok());
 }
 
 }  // namespace

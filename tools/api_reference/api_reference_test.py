@@ -45,8 +45,8 @@ PROTO = """
 ROLES = """
     constexpr char kThingService[] = "hypermap.v1.ThingService";
     constexpr RpcInfo kRpcs[] = {
-        {Rpc::kFindThing, kThingService, "FindThing", Role::kRobot},
-        {Rpc::kHealth, "grpc.health.v1.Health", "Health", std::nullopt},
+        {Rpc::kFindThing, kThingService, "FindThing", Role::kRobot, By::kOwner},
+        {Rpc::kHealth, "grpc.health.v1.Health", "Health", std::nullopt, By::kAnyServer},
     };
 """
 BUILD_HOOK = """

@@ -12,7 +12,7 @@ from google.protobuf import descriptor_pb2
 PACKAGE = "hypermap.v1"
 Field = descriptor_pb2.FieldDescriptorProto
 # A row of the table of rpcs, and the constants with the names of services that it uses.
-ROLE_ROW = re.compile(r'\{Rpc::k\w+,\s*(\w+),\s*"(\w+)",\s*Role::k(\w+)\}')
+ROLE_ROW = re.compile(r'\{Rpc::k\w+,\s*(\w+),\s*"(\w+)",\s*Role::k(\w+),\s*By::k\w+\}')
 SERVICE_NAME = re.compile(r'constexpr char (\w+)\[\] = "([\w.]+)";')
 # Numbers of descriptor.proto, of which the paths to comments consist.
 FILE_MESSAGE, FILE_ENUM, FILE_SERVICE = 4, 5, 6
