@@ -83,8 +83,9 @@ void BackupSchedule::Run() {
 void BackupSchedule::BackUpWhatIsDue() {
   for (const Site::Entry& entry : site_->List()) {
     if (is_ending()) return;
-    // A map that can't be opened has a metric and an alert of its own.
-    if (!entry.session) continue;
+    // A map that can't be opened has a metric and an alert of its own. One that another server owns
+    // is backed up by that server.
+    if (!entry.session || !entry.session->CheckOwner().ok()) continue;
     const absl::Time now = site_->clock().Now();
     // Of an attempt that failed a file may have stayed, which does not count.
     const auto failed = not_before_.find(entry.name);

@@ -1,5 +1,6 @@
 // hypermapd: serves the maps of a folder over gRPC.
 #include <grpc/support/log.h>
+#include <grpcpp/security/credentials.h>
 #include <malloc.h>
 
 #include <algorithm>
@@ -30,12 +31,15 @@
 #include "base/limits/limits.h"
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
+#include "base/tls/channel_credentials.h"
 #include "base/tls/server_credentials.h"
 #include "server/auth/access_control.h"
 #include "server/backup_schedule.h"
 #include "server/capacity.h"
 #include "server/config_file.h"
+#include "server/forward/forwarder.h"
 #include "server/limit_flags.h"
+#include "server/map_storage.h"
 #include "server/metrics/metrics_listener.h"
 #include "server/metrics/server_metrics.h"
 #include "server/rpc/budgets.h"
@@ -47,12 +51,21 @@
 #include "server/services/grpc_server.h"
 #include "server/session/history_pool.h"
 #include "server/session/site.h"
-#include "storage/geopackage/geopackage_store.h"
+#include "storage/map_store.h"
 
 ABSL_FLAG(std::string, config, "",
           "File of flags (YAML, their names without dashes); the command line wins over it");
 ABSL_FLAG(bool, check_config, false, "Check the flags and the files that they name, and end");
 ABSL_FLAG(std::string, data_dir, "", "Folder of the maps, one GeoPackage each; created if missing");
+ABSL_FLAG(
+    std::string, store, "",
+    "Database of the maps, postgresql://USER@HOST/DATABASE; empty: GeoPackages in --data_dir");
+ABSL_FLAG(std::string, server_id, "",
+          "Name of this server among those that share --store; empty: a random one");
+ABSL_FLAG(
+    std::string, advertise, "",
+    "Address at which the servers that share --store reach this one, HOST:PORT; empty: the one "
+    "that it listens on");
 ABSL_FLAG(std::string, listen, "127.0.0.1:50051",
           "Address to listen on, HOST:PORT; port 0 takes a free port");
 ABSL_FLAG(std::string, tls_cert, "", "The server's certificate chain (PEM); empty: no TLS");
@@ -63,6 +76,14 @@ ABSL_FLAG(
 ABSL_FLAG(
     std::string, tls_client_certificates, "required",
     "Whether clients must have a certificate if --tls_client_ca is set: required or optional");
+ABSL_FLAG(
+    std::string, peer_ca, "",
+    "Certificate authorities of the other servers that share --store (PEM); empty: those that "
+    "the system trusts");
+ABSL_FLAG(
+    std::vector<std::string>, peer_certificates, {},
+    "Names in certificates of the other servers, which may then pass on calls of clients that "
+    "they know by certificates");
 ABSL_FLAG(std::string, access_file, "",
           "Who may do what (YAML, see `hypermap token`); empty: everybody everything");
 ABSL_FLAG(std::string, metrics_listen, "",
@@ -88,8 +109,6 @@ namespace {
 
 // Free memory that the allocator keeps at the end of a heap.
 constexpr int kKeptBytes = 16 << 20;
-// Space in the data folder with which maps can be deleted when the disk is full.
-constexpr int64_t kReserveBytes = int64_t{8} << 20;
 
 // INVALID_ARGUMENT if others than programs of this machine could do what they like.
 absl::Status CheckExposure() {
@@ -112,6 +131,12 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
   }
   if (absl::GetFlag(FLAGS_data_dir).empty()) {
     return absl::InvalidArgumentError("--data_dir is missing");
+  }
+  HYPERMAP_RETURN_IF_ERROR(CheckStore(absl::GetFlag(FLAGS_store)));
+  HYPERMAP_RETURN_IF_ERROR(tls::CheckAuthorities("--peer_ca", absl::GetFlag(FLAGS_peer_ca)));
+  if (!absl::GetFlag(FLAGS_peer_certificates).empty() &&
+      absl::GetFlag(FLAGS_tls_client_ca).empty()) {
+    return absl::InvalidArgumentError("--peer_certificates needs --tls_client_ca");
   }
   const std::string certificates = absl::GetFlag(FLAGS_tls_client_certificates);
   if (certificates != "required" && certificates != "optional") {
@@ -245,7 +270,21 @@ Limits BoundByMemory(Limits limits, int64_t memory_limit) {
 absl::StatusOr<std::unique_ptr<AccessControl>> OpenAccess(ServerClock* clock) {
   const std::string path = absl::GetFlag(FLAGS_access_file);
   if (path.empty()) return std::make_unique<AccessControl>();
-  return AccessControl::OfFile(path, kExpiryAuthor, clock);
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<AccessControl> access,
+                            AccessControl::OfFile(path, kExpiryAuthor, clock));
+  access->TrustPeers(absl::GetFlag(FLAGS_peer_certificates));
+  return access;
+}
+
+// Null if no other server shares the maps.
+std::unique_ptr<Forwarder> MakeForwarder(const Limits& limits) {
+  if (absl::GetFlag(FLAGS_store).empty()) return nullptr;
+  const tls::ServerFiles own = ServerFilesOfFlags();
+  return std::make_unique<Forwarder>(
+      own.certificate.empty()
+          ? grpc::InsecureChannelCredentials()
+          : tls::MakeChannelCredentials({absl::GetFlag(FLAGS_peer_ca), own.certificate, own.key}),
+      limits.max_message_bytes);
 }
 
 // Serves until a signal arrives.
@@ -257,10 +296,11 @@ absl::Status Serve(ShutdownSignals& signals) {
   Limits limits = BoundByMemory(asked, memory_limit);
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<storage::MapStore> store,
-      storage::OpenGeoPackageStore(data_dir, {.reserve_bytes = kReserveBytes,
-                                              .trash_age = absl::GetFlag(FLAGS_trash_age),
-                                              .cache_room = std::make_shared<storage::CacheRoom>(
-                                                  limits.memory_limit / kCacheShare)}));
+      OpenStore({data_dir, absl::GetFlag(FLAGS_store), absl::GetFlag(FLAGS_server_id),
+                 absl::GetFlag(FLAGS_trash_age), limits.memory_limit / kCacheShare}));
+  for (const std::string& note : store->notes()) {
+    logging::Log(logging::Level::kWarning, "what the store promises is limited", {{"note", note}});
+  }
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
   HYPERMAP_ASSIGN_OR_RETURN(const Capacity capacity,
                             DivideResources(limits, resources, static_cast<int64_t>(maps.size())));
@@ -285,14 +325,18 @@ absl::Status Serve(ShutdownSignals& signals) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<AccessControl> access,
                             OpenAccess(&site->clock()));
   RpcMeters meters;
-  const Facilities facilities{site.get(), limits,       &workers, data_dir,
-                              &budgets,   access.get(), &meters};
+  TimerQueue timers;
+  const std::unique_ptr<Forwarder> forwarder = MakeForwarder(limits);
+  const Facilities facilities{site.get(),   limits,  &workers, data_dir,       &budgets,
+                              access.get(), &meters, &timers,  forwarder.get()};
   GrpcServerOptions options{absl::GetFlag(FLAGS_listen), limits.max_message_bytes,
                             ServerFilesOfFlags(), capacity.connections};
   options.max_resident_bytes = limits.memory_limit;
   options.max_calls_per_connection = limits.max_calls_per_connection;
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<GrpcServer> server,
                             GrpcServer::Start(options, facilities));
+  const std::string advertised = absl::GetFlag(FLAGS_advertise);
+  site->Advertise(advertised.empty() ? server->address() : advertised);
   std::unique_ptr<BackupSchedule> backups;
   if (const std::string folder = absl::GetFlag(FLAGS_backup_folder); !folder.empty()) {
     HYPERMAP_ASSIGN_OR_RETURN(

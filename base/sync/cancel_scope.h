@@ -15,14 +15,15 @@ void __tsan_release(void* address);
 
 namespace hypermap {
 
-// Lives as long as OnCancel of a reactor of gRPC runs. The beginning of the call comes before, and
-// OnDone after it; but gRPC is not instrumented, so that ThreadSanitizer would report every access
-// as a race. The other callbacks of a reactor need no such scope, because
+// Lives as long as OnCancel of a server's reactor of gRPC runs. The beginning of the call comes
+// before, and OnDone after it; but gRPC is not instrumented, so that ThreadSanitizer would report
+// every access as a race. OnDone of a client's reactor begins with one, because it may run on
+// another thread than the callbacks before. The other callbacks need no such scope, because
 // cmake/GrpcForThreadSanitizer.cmake adds their order to gRPC's headers. Does nothing in other
 // builds, and orders nothing itself.
 class CancelScope {
  public:
-  // `reactor` must have grpc::internal::ServerReactor as its first base.
+  // `reactor` must have gRPC's class of reactors as its first base.
 #ifdef HYPERMAP_THREAD_SANITIZER
   explicit CancelScope(void* reactor) : reactor_(reactor) { __tsan_acquire(reactor_); }
   ~CancelScope() { __tsan_release(reactor_); }

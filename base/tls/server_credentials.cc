@@ -11,8 +11,6 @@
 namespace hypermap::tls {
 namespace {
 
-constexpr unsigned int kReadAgainSeconds = 5;
-
 absl::Status Named(const char* flag, const std::string& path, const absl::Status& status) {
   if (status.ok()) return status;
   return absl::InvalidArgumentError(absl::StrCat(flag, "=", path, ": ", status.message()));
@@ -46,8 +44,11 @@ absl::Status CheckServerFiles(const ServerFiles& files) {
                             ReadCertificates("--tls_cert", files.certificate));
   HYPERMAP_ASSIGN_OR_RETURN(const std::string key, ReadFileOf("--tls_key", files.key));
   absl::Status status = Named("--tls_key", files.key, CheckKey(key, certificate));
-  if (!status.ok() || files.client_ca.empty()) return status;
-  return ReadCertificates("--tls_client_ca", files.client_ca).status();
+  return status.ok() ? CheckAuthorities("--tls_client_ca", files.client_ca) : status;
+}
+
+absl::Status CheckAuthorities(const char* flag, const std::string& path) {
+  return path.empty() ? absl::OkStatus() : ReadCertificates(flag, path).status();
 }
 
 std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const ServerFiles& files) {

@@ -29,6 +29,10 @@ struct ServerFiles {
 // or key, or does not match the other file.
 absl::Status CheckServerFiles(const ServerFiles& files);
 
+// INVALID_ARGUMENT naming the flag if its file of certificates can't be read or has none. OK for an
+// empty path.
+absl::Status CheckAuthorities(const char* flag, const std::string& path);
+
 // Reads the files again every few seconds. New connections use a renewed certificate; an invalid
 // one is ignored. REQUIRES: CheckServerFiles(files) is OK.
 std::shared_ptr<grpc::ServerCredentials> MakeServerCredentials(const ServerFiles& files);

@@ -56,6 +56,14 @@ TEST_F(ServerFilesTest, OneWithoutTheOtherIsRefused) {
   ExpectRefused(Files("", "", "root.pem"), "--tls_client_ca", "needs --tls_cert");
 }
 
+TEST_F(ServerFilesTest, AuthoritiesAreFilesOfCertificates) {
+  EXPECT_EQ(CheckAuthorities("--peer_ca", ""), absl::OkStatus());
+  EXPECT_EQ(CheckAuthorities("--peer_ca", folder_ / "root.pem"), absl::OkStatus());
+  const absl::Status status = CheckAuthorities("--peer_ca", folder_ / "text.pem");
+  EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
+  EXPECT_THAT(std::string(status.message()), HasSubstr("--peer_ca"));
+}
+
 TEST_F(ServerFilesTest, MissingFilesAreNamed) {
   ExpectRefused(Files("gone.pem", "server.key"), "--tls_cert", "gone.pem: No such file");
   ExpectRefused(Files("server.pem", "gone.key"), "--tls_key", "gone.key: No such file");

@@ -8,6 +8,9 @@
 
 namespace hypermap::tls {
 
+// How often gRPC reads the files again that it was given.
+inline constexpr unsigned int kReadAgainSeconds = 5;
+
 // Returns the content of a file. Errors name the file: NOT_FOUND, PERMISSION_DENIED and the like.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 

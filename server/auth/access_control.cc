@@ -3,6 +3,7 @@
 #include <grpc/grpc_security_constants.h>
 #include <sys/stat.h>
 
+#include <algorithm>
 #include <string>
 #include <utility>
 #include <vector>
@@ -15,19 +16,16 @@
 #include "base/access/token.h"
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
+#include "server/auth/metadata.h"
 
 namespace hypermap::server {
 namespace {
 
-constexpr char kTokenKey[] = "authorization";
 constexpr absl::string_view kScheme = "bearer ";
 
 // The token of a call; empty if it has none.
 absl::string_view TokenOf(const grpc::ServerContextBase& context) {
-  const auto& metadata = context.client_metadata();
-  const auto it = metadata.find(kTokenKey);
-  if (it == metadata.end()) return {};
-  absl::string_view value(it->second.data(), it->second.size());
+  absl::string_view value = MetadataOf(context, kTokenKey);
   // The name of the scheme has no case (RFC 9110, 11.1).
   if (!absl::StartsWithIgnoreCase(value, kScheme)) return {};
   value.remove_prefix(kScheme.size());
@@ -42,6 +40,14 @@ std::vector<std::string> CertificateNamesOf(const grpc::ServerContextBase& conte
   for (const grpc::string_ref& name : auth->FindPropertyValues(GRPC_X509_SAN_PROPERTY_NAME)) {
     names.emplace_back(name.data(), name.size());
   }
+  return names;
+}
+
+// The names of the caller's certificate, as the server tells that passes the call on.
+std::vector<std::string> ForwardedNamesOf(const grpc::ServerContextBase& context) {
+  std::vector<std::string> names;
+  const auto [begin, end] = context.client_metadata().equal_range(kCallerCertificateKey);
+  for (auto it = begin; it != end; ++it) names.emplace_back(it->second.data(), it->second.size());
   return names;
 }
 
@@ -70,11 +76,7 @@ absl::StatusOr<Caller> AccessControl::Identify(const grpc::ServerContextBase& co
     caller.token_id = std::string(access::IdOfToken(token));
     caller.token_digest = access::DigestOfToken(token);
   } else {
-    caller.certificate_names = CertificateNamesOf(context);
-    if (caller.certificate_names.empty()) {
-      return access::Refusal(access::Reason::kNoCredentials,
-                             "the call has no token and no client certificate");
-    }
+    HYPERMAP_ASSIGN_OR_RETURN(caller.certificate_names, CallerCertificateOf(context));
   }
   const Version version = this->version();
   HYPERMAP_ASSIGN_OR_RETURN(access::Proof proof, Find(*version.table, caller));
@@ -82,6 +84,24 @@ absl::StatusOr<Caller> AccessControl::Identify(const grpc::ServerContextBase& co
   caller.expires = proof.expires;
   caller.table_version = version.number;
   return caller;
+}
+
+absl::StatusOr<std::vector<std::string>> AccessControl::CallerCertificateOf(
+    const grpc::ServerContextBase& context) const {
+  std::vector<std::string> names = CertificateNamesOf(context);
+  if (IsForwarded(context)) {
+    const bool is_peer =
+        std::find_first_of(names.begin(), names.end(), peers_.begin(), peers_.end()) != names.end();
+    names = ForwardedNamesOf(context);
+    if (!names.empty() && !is_peer) {
+      return access::Refusal(access::Reason::kUnknownCertificate,
+                             "the call of a client with a certificate is passed on by a server "
+                             "that --peer_certificates does not name");
+    }
+  }
+  if (!names.empty()) return names;
+  return access::Refusal(access::Reason::kNoCredentials,
+                         "the call has no token and no client certificate");
 }
 
 absl::Status AccessControl::CheckStill(const Caller& caller) const {

@@ -8,6 +8,8 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -33,9 +35,16 @@ class AccessControl {
   // Returns whether everybody may do everything.
   bool is_open() const { return path_.empty(); }
 
+  // Lets servers whose certificates have one of these names pass calls on for clients that they
+  // have identified by certificates (kCallerCertificateKey). Before the first call.
+  void TrustPeers(std::vector<std::string> certificate_names) {
+    peers_ = std::move(certificate_names);
+  }
+
   // Identifies the caller by the token in the call's metadata ("authorization: Bearer TOKEN"), or
-  // else by the client certificate of its connection. UNAUTHENTICATED if it shows neither, or
-  // something that is not known or has expired.
+  // else by the client certificate of its connection; that of the connection of another server,
+  // which passes the call on, is never taken for the caller's. UNAUTHENTICATED if it shows neither,
+  // or something that is not known or has expired.
   absl::StatusOr<Caller> Identify(const grpc::ServerContextBase& context) const;
   // The same for a caller that was identified before; cheap unless the file has changed since then.
   // UNAUTHENTICATED if it would not be identified any more; PERMISSION_DENIED if it is another
@@ -65,9 +74,14 @@ class AccessControl {
 
   Version version() const;
   absl::StatusOr<access::Proof> Find(const access::AccessTable& table, const Caller& caller) const;
+  // The names of the caller's certificate. UNAUTHENTICATED if it has none, or if a server that is
+  // not trusted tells them.
+  absl::StatusOr<std::vector<std::string>> CallerCertificateOf(
+      const grpc::ServerContextBase& context) const;
 
   std::string path_;  // Empty: access is open.
   std::string own_name_;
+  std::vector<std::string> peers_;
   ServerClock* clock_ = nullptr;
   Stamp stamp_;  // of the file that was read last; used by Refresh only
   std::atomic<int64_t> newest_ = 0;

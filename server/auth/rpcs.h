@@ -1,4 +1,4 @@
-// All rpcs that hypermapd serves, with the roles they need.
+// All rpcs that hypermapd serves, with the roles they need and the servers that answer them.
 #ifndef HYPERMAP_SERVER_AUTH_RPCS_H_
 #define HYPERMAP_SERVER_AUTH_RPCS_H_
 
@@ -55,6 +55,8 @@ enum class Rpc {
   kListRobots,
   kReport,
   kWatchRobots,
+  // hypermap.v1.ServerService
+  kListServers,
   // hypermap.v1.WatchService
   kListChanges,
   kListRevisions,
@@ -65,6 +67,17 @@ enum class Rpc {
   kServerReflectionInfo,
 };
 
+// The server that answers a request about a map, if several share a store.
+enum class AnsweredBy {
+  kUnknown,  // no rpc has it
+  // The server that was asked, from what it has of the map, which may be somewhat older than what
+  // the owner has.
+  kAnyServer,
+  // The owner of the map, to which the others pass the request on: it changes the map, needs the
+  // map's writer, or is about what only the owner has in memory.
+  kOwner,
+};
+
 struct RpcInfo {
   Rpc rpc;
   absl::string_view service;  // with its package
@@ -72,6 +85,7 @@ struct RpcInfo {
   // None for health and reflection, which tell nothing of the maps; GrpcServer asks for an identity
   // before it tells the health of one.
   std::optional<access::Role> least;
+  AnsweredBy answered_by;
 };
 
 const RpcInfo& InfoOf(Rpc rpc);

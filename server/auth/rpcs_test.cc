@@ -15,6 +15,7 @@
 #include "hypermap/v1/ingest_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "hypermap/v1/robot_service.pb.h"
+#include "hypermap/v1/server_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 
 namespace hypermap::server {
@@ -27,7 +28,8 @@ TEST(RpcsTest, EachRpcHasItsRow) {
        {v1::GetCallerRequest::descriptor(), v1::GetMapRequest::descriptor(),
         v1::ApplyEditsRequest::descriptor(), v1::ClaimGoalRequest::descriptor(),
         v1::ObserveRequest::descriptor(), v1::QueryPointRequest::descriptor(),
-        v1::ReportRequest::descriptor(), v1::WatchRequest::descriptor()}) {
+        v1::ReportRequest::descriptor(), v1::ListServersRequest::descriptor(),
+        v1::WatchRequest::descriptor()}) {
     const google::protobuf::FileDescriptor* const file = request->file();
     for (int i = 0; i < file->service_count(); ++i) {
       for (int j = 0; j < file->service(i)->method_count(); ++j) {

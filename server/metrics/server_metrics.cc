@@ -39,6 +39,8 @@ Labels LabelsOf(const RpcInfo& info) {
 
 void AddRpcs(const RpcMeters& meters, std::vector<MetricFamily>& out) {
   Family started("grpc_server_started_total", "RPCs that began.", MetricType::Counter);
+  Family forwarded("hypermap_forwarded_calls_total",
+                   "RPCs that were passed on to the owner of their map.", MetricType::Counter);
   Family handled("grpc_server_handled_total", "RPCs that ended, by status code.",
                  MetricType::Counter);
   Family seconds("grpc_server_handling_seconds", "Durations of the RPCs that ended, in seconds.",
@@ -47,6 +49,7 @@ void AddRpcs(const RpcMeters& meters, std::vector<MetricFamily>& out) {
     const RpcMeters::Reading reading = meters.Read(info.rpc);
     const Labels labels = LabelsOf(info);
     started.Add(labels, static_cast<double>(reading.began));
+    forwarded.Add(labels, static_cast<double>(reading.forwarded));
     for (size_t code = 0; code < reading.ended.size(); ++code) {
       // OK is always there, so that rates can be computed from the first call on.
       if (reading.ended[code] == 0 && code != 0) continue;
@@ -57,6 +60,7 @@ void AddRpcs(const RpcMeters& meters, std::vector<MetricFamily>& out) {
     seconds.AddHistogram(labels, RpcMeters::kBounds_s, reading.durations, reading.total_s);
   }
   out.push_back(std::move(started));
+  out.push_back(std::move(forwarded));
   out.push_back(std::move(handled));
   out.push_back(std::move(seconds));
 }

@@ -7,7 +7,10 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -17,19 +20,23 @@
 #include "server/auth/access_control.h"
 #include "server/auth/caller.h"
 #include "server/auth/rpcs.h"
+#include "server/forward/forwarder.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/rpc_meters.h"
 #include "server/rpc/worker_pool.h"
+#include "server/session/site.h"
 
 namespace hypermap::server {
 
-// The parts of a server that admit and log its calls. All must outlive the calls.
+// The parts of a server that admit and log its calls, and pass them on. All must outlive the calls.
 struct CallFacilities {
   Budgets* budgets;
   const AccessControl* access;
   RpcMeters* meters;
+  const Site* site = nullptr;  // null: no map is owned by another server
+  Forwarder* forwarder = nullptr;
 };
 
 // Made when a call arrives, before its request is decoded. Not thread safe, apart from CheckWanted
@@ -44,7 +51,8 @@ class CallContext {
   const absl::Status& admitted() const { return admitted_; }
 
   // To be called as soon as the request is decoded, before it has any effect; with "" for a request
-  // that is about no map. PERMISSION_DENIED if the caller has no access to the map.
+  // that is about no map. PERMISSION_DENIED if the caller has no access to the map; NotOwnerError
+  // if only the owner of the map can answer, which is another server.
   absl::Status EnterMap(std::string map);
 
   // As server::CheckWanted; also UNAUTHENTICATED or PERMISSION_DENIED once the caller is not what
@@ -66,13 +74,25 @@ class CallContext {
   CallTicket& ticket() { return ticket_; }
   const CallTicket& ticket() const { return ticket_; }
 
+  // The forwarder and the call that must be passed on instead of ending with `error`; nullopt if it
+  // must end, because this is no NotOwnerError, another server has passed it on already, or there
+  // is no forwarder. Until then nothing may have been answered.
+  std::optional<Forwarding> ForwardInsteadOf(const absl::Status& error);
+
   // Logs the end of the call, tells the caller the name under which it was logged, and returns the
-  // status for gRPC. Must be called exactly once.
+  // status for gRPC. One of these must be called, once; the second for a call that was passed on.
   grpc::Status End(const absl::Status& status, int64_t items = 0);
+  grpc::Status End(ForwardedEnd end);
 
  private:
+  void LogEnd(const absl::Status& status, int64_t items);
+  // What the owner of the map must know of the call.
+  std::vector<std::pair<std::string, std::string>> MetadataForOwner() const;
+
   const AccessControl* const access_;
   RpcMeters* const meters_;
+  const Site* const site_;
+  Forwarder* const forwarder_;
   LogPace* const log_pace_;
   const Rpc rpc_;
   grpc::CallbackServerContext* const context_;

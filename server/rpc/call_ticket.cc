@@ -16,7 +16,6 @@ constexpr int kShortestPause_ms = 100;
 constexpr int kLongestPause_ms = 1000;
 // A large request is in memory twice: as a message, and as decoded.
 constexpr int64_t kForms = 2;
-constexpr char kPushbackKey[] = "grpc-retry-pushback-ms";
 
 // No host looks like this.
 std::string ClientOfIdentity(absl::string_view identity) {
@@ -79,6 +78,12 @@ grpc::Status CallTicket::Encode(const absl::Status& status) {
   }
   if (absl::IsCancelled(status)) Cancelled();
   return wire::EncodeStatus(status);
+}
+
+grpc::Status CallTicket::Encode(const ForwardedEnd& end) {
+  if (!end.pushback_ms.empty()) context_->AddTrailingMetadata(kPushbackKey, end.pushback_ms);
+  if (absl::IsCancelled(end.status)) Cancelled();
+  return wire::EncodeStatus(end.status);
 }
 
 void CallTicket::Cancelled() {

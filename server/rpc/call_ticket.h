@@ -18,6 +18,7 @@
 #include "base/admission/explained_bytes.h"
 #include "base/metering/memory_meter.h"
 #include "base/sync/steady_time.h"
+#include "server/forward/forwarder.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/raw_messages.h"
 
@@ -102,6 +103,8 @@ class CallTicket final : public MemoryAccount {
   // and tells the caller when to come again if a later call may succeed: the trailing metadata
   // grpc-retry-pushback-ms (gRFC A6).
   grpc::Status Encode(const absl::Status& status);
+  // The same for a call that another server has answered or refused.
+  grpc::Status Encode(const ForwardedEnd& end);
 
   // Counts the call as cancelled by its caller, once. Encode does so for calls that end with
   // CANCELLED; OnCancel of a stream may call it earlier. Any thread may call this.

@@ -11,8 +11,10 @@
 #include "base/limits/limits.h"
 #include "hypermap/v1/scope.pb.h"
 #include "server/auth/access_control.h"
+#include "server/forward/forwarder.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_context.h"
+#include "server/rpc/timer_queue.h"
 #include "server/rpc/worker_pools.h"
 #include "server/session/site.h"
 
@@ -28,8 +30,11 @@ struct Facilities {
   Budgets* budgets;
   AccessControl* access;
   RpcMeters* meters;
+  TimerQueue* timers;
+  // Passes calls on to the owners of maps; null if this server owns all of its maps.
+  Forwarder* forwarder = nullptr;
 
-  CallFacilities for_calls() const { return {budgets, access, meters}; }
+  CallFacilities for_calls() const { return {budgets, access, meters, site, forwarder}; }
 };
 
 // The session of the map that a request names. INVALID_ARGUMENT for a name that no map can have;

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "base/status/status_macros.h"
+#include "server/auth/metadata.h"
 #include "server/rpc/author.h"
 #include "server/rpc/correlation.h"
 
@@ -39,7 +40,7 @@ RequestLog::RequestLog(const grpc::CallbackServerContext& context, Rpc rpc)
     : context_(&context), rpc_(rpc), begin_(SteadyTime::Now()) {}
 
 absl::StatusOr<std::string> RequestLog::author() const {
-  std::string author(MetadataOf(kAuthorKey));
+  std::string author(MetadataOf(*context_, kAuthorKey));
   if (author.empty()) return context_->peer();
   HYPERMAP_RETURN_IF_ERROR(ValidateAuthor(author));
   return author;
@@ -74,26 +75,24 @@ void RequestLog::Finished(const absl::Status& status, int64_t items, const Calle
 }
 
 std::string RequestLog::request_id() const {
-  const absl::string_view given = MetadataOf(kRequestIdKey);
+  const absl::string_view given = MetadataOf(*context_, kRequestIdKey);
   return IsRequestId(given) ? std::string(given) : made_id_;
 }
 
-std::vector<logging::Field> RequestLog::Fields() const {
+std::string RequestLog::Name() const {
   std::string id = request_id();
   if (id.empty()) id = made_id_ = MakeRequestId();
-  std::vector<logging::Field> fields = {
-      {"rpc", InfoOf(rpc_).method}, {"peer", context_->peer()}, {"request_id", id}};
-  if (!map_.empty()) fields.emplace_back("map", map_);
-  const absl::string_view trace_id = TraceIdOf(MetadataOf(kTraceParentKey));
-  if (!trace_id.empty()) fields.emplace_back("trace_id", trace_id);
-  return fields;
+  return id;
 }
 
-absl::string_view RequestLog::MetadataOf(const char* key) const {
-  const auto& metadata = context_->client_metadata();
-  const auto it = metadata.find(key);
-  return it == metadata.end() ? absl::string_view()
-                              : absl::string_view(it->second.data(), it->second.size());
+std::vector<logging::Field> RequestLog::Fields() const {
+  std::vector<logging::Field> fields = {
+      {"rpc", InfoOf(rpc_).method}, {"peer", context_->peer()}, {"request_id", Name()}};
+  if (!map_.empty()) fields.emplace_back("map", map_);
+  if (!forwarded_to_.empty()) fields.emplace_back("forwarded_to", forwarded_to_);
+  const absl::string_view trace_id = TraceIdOf(MetadataOf(*context_, kTraceParentKey));
+  if (!trace_id.empty()) fields.emplace_back("trace_id", trace_id);
+  return fields;
 }
 
 }  // namespace hypermap::server

@@ -56,16 +56,19 @@ class RequestLog {
   // The name of the call (kRequestIdKey) for its answer; empty if its caller gave it no valid one
   // and no line of the log has one.
   std::string request_id() const;
+  // The same, but names a call that has no name.
+  std::string Name() const;
+  // Tells to which server the call is passed on.
+  void set_forwarded_to(std::string address) { forwarded_to_ = std::move(address); }
 
  private:
-  // Returns the fields that all lines of the call have. Names the call, if it has no name.
+  // Returns the fields that all lines of the call have.
   std::vector<logging::Field> Fields() const;
-  // The value of a key of the call's metadata; empty if there is none.
-  absl::string_view MetadataOf(const char* key) const;
 
   const grpc::CallbackServerContext* const context_;
   const Rpc rpc_;
   std::string map_;
+  std::string forwarded_to_;
   mutable std::string made_id_;  // empty until a line needs it
   const SteadyTime begin_;
 };

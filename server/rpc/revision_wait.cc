@@ -1,15 +1,104 @@
 #include "server/rpc/revision_wait.h"
 
+#include <algorithm>
+#include <string>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/strings/str_cat.h"
+#include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
+#include "map/layers/layer_spec.h"
+#include "server/rpc/timer_queue.h"
 
 namespace hypermap::server {
+namespace {
 
-// Shared with the feed's callback, which may come after the RevisionWait is gone.
-class RevisionWait::State {
+// What is waited for.
+struct Wanted {
+  const Site* site;
+  std::string map;
+  uint64_t incarnation;  // 0: any
+  Revision revision;
+  bool is_linearizable;
+  // What the caller has seen; 0: nothing.
+  Revision seen_revision;
+  uint64_t seen_incarnation;
+  TimerQueue* timers;
+
+  // Whether the map must reach a later revision in this session because the caller has seen it.
+  bool WaitsForSeen(const MapSession& session) const {
+    return session.incarnation() == seen_incarnation && seen_revision > revision;
+  }
+  Revision RevisionIn(const MapSession& session) const {
+    return WaitsForSeen(session) ? seen_revision : revision;
+  }
+};
+
+absl::StatusOr<std::shared_ptr<MapSession>> FindSession(const Wanted& wanted) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<MapSession> session, wanted.site->Find(wanted.map));
+  HYPERMAP_RETURN_IF_ERROR(session->CheckIncarnation(wanted.incarnation));
+  return session;
+}
+
+}  // namespace
+
+// Shared with the callbacks of feeds and of the read index, which may come after the RevisionWait
+// is gone. One of them is pending at a time.
+class RevisionWait::State : public std::enable_shared_from_this<State> {
  public:
+  // Returns false if the wait was stopped before.
+  bool Begin(Done* done) {
+    MutexLock lock(&mutex_);
+    if (is_stopped_) return false;
+    done_ = std::move(*done);
+    return true;
+  }
+
+  void Stop() {
+    {
+      MutexLock lock(&mutex_);
+      is_stopped_ = true;
+    }
+    End(absl::CancelledError("the wait for a revision was stopped"));
+  }
+
+  void AskNewest(Wanted wanted) {
+    const Site* const site = wanted.site;
+    const std::string map = wanted.map;
+    site->AskNewest(map, [self = shared_from_this(), wanted = std::move(wanted)](
+                             const absl::StatusOr<storage::NewestRevision>& newest) mutable {
+      if (!newest.ok()) return self->End(newest.status());
+      wanted.incarnation = newest->incarnation;
+      wanted.revision = std::max(wanted.revision, newest->revision);
+      self->Await(std::move(wanted));
+    });
+  }
+
+  // Waits for the session of the map that there is now.
+  void Await(Wanted wanted) {
+    const absl::StatusOr<std::shared_ptr<MapSession>> session = FindSession(wanted);
+    if (!session.ok()) return End(WithoutSession(wanted, session.status()));
+    AwaitIn(*session, std::move(wanted));
+  }
+
+  void End(const absl::StatusOr<Revision>& reached) {
+    Done done;
+    Place place;
+    Timer timer;
+    {
+      MutexLock lock(&mutex_);
+      done = std::exchange(done_, nullptr);
+      place = std::exchange(place_, {});
+      timer = std::exchange(timer_, {});
+      ++turn_;
+    }
+    place.Leave();
+    if (timer.timers != nullptr) timer.timers->Cancel(timer.id);
+    if (done) std::move(done)(reached);
+  }
+
+ private:
   // The entry of the wait in a feed.
   struct Place {
     std::shared_ptr<MapSession> session;
@@ -20,58 +109,103 @@ class RevisionWait::State {
     }
   };
 
-  // Returns false if the wait was stopped before.
-  bool Begin(absl::AnyInvocable<void() &&>* done) {
-    MutexLock lock(&mutex_);
-    if (ended_) return false;
-    done_ = std::move(*done);
-    return true;
+  struct Timer {
+    TimerQueue* timers = nullptr;  // null: none runs
+    TimerQueue::Id id = 0;
+  };
+
+  static absl::StatusOr<Revision> WithoutSession(const Wanted& wanted, const absl::Status& status) {
+    const bool is_outdated = absl::IsNotFound(status) || absl::IsAborted(status);
+    if (!wanted.is_linearizable || !is_outdated) return wanted.revision;
+    return absl::UnavailableError(absl::StrCat("this server does not have the map \"", wanted.map,
+                                               "\" as it is now: ", status.message()));
   }
 
-  // Notes the entry in the feed. Returns false if the wait has ended already; then the caller must
-  // remove the entry.
-  bool SetPlace(Place place) {
-    MutexLock lock(&mutex_);
-    if (ended_) return false;
-    place_ = std::move(place);
-    return true;
+  void AwaitIn(const std::shared_ptr<MapSession>& session, Wanted wanted) {
+    const Revision revision = wanted.RevisionIn(*session);
+    if (session->snapshot()->revision >= revision) return End(revision);
+    if (wanted.WaitsForSeen(*session)) StartTimer(session, wanted);
+    // Another server may have told nothing of it yet.
+    if (session->is_follower()) session->LookForRevisions();
+    const int64_t turn = NextTurn();
+    const ChangeFeed::WaitId id = session->feed().Await(
+        revision - 1, [self = shared_from_this(), session, wanted = std::move(wanted)]() mutable {
+          self->Woken(session, std::move(wanted));
+        });
+    const Place place{session, id};
+    if (!SetPlace(place, turn)) place.Leave();
   }
 
-  void End() {
-    absl::AnyInvocable<void() &&> done;
-    Place place;
-    {
-      MutexLock lock(&mutex_);
-      ended_ = true;
-      done = std::exchange(done_, nullptr);
-      place = std::exchange(place_, {});
+  // Called when `session` has the revision, or its feed was closed.
+  void Woken(const std::shared_ptr<MapSession>& session, Wanted wanted) {
+    const Revision revision = wanted.RevisionIn(*session);
+    if (session->snapshot()->revision < revision) {
+      const absl::StatusOr<std::shared_ptr<MapSession>> next = FindSession(wanted);
+      if (!next.ok()) return End(WithoutSession(wanted, next.status()));
+      if (*next != session) return AwaitIn(*next, std::move(wanted));
     }
-    place.Leave();
-    if (done) std::move(done)();
+    End(revision);
   }
 
- private:
+  // Ends the wait after kSeen, unless a timer runs already.
+  void StartTimer(const std::shared_ptr<MapSession>& session, const Wanted& wanted) {
+    MutexLock lock(&mutex_);
+    if (is_stopped_ || !done_ || timer_.timers != nullptr) return;
+    timer_.timers = wanted.timers;
+    timer_.id = wanted.timers->RunAfter(
+        kSeen, [self = shared_from_this(), session, seen = wanted.seen_revision] {
+          self->End(absl::UnavailableError(absl::StrCat("this server has the map at revision ",
+                                                        session->snapshot()->revision,
+                                                        ", the caller has seen ", seen)));
+        });
+  }
+
+  int64_t NextTurn() {
+    MutexLock lock(&mutex_);
+    return ++turn_;
+  }
+
+  // Notes the entry in the feed. Returns false if the callback has come already; then the caller
+  // must remove the entry.
+  bool SetPlace(const Place& place, int64_t turn) {
+    MutexLock lock(&mutex_);
+    if (turn_ != turn || is_stopped_) return false;
+    place_ = place;
+    return true;
+  }
+
   Mutex mutex_;
-  bool ended_ ABSL_GUARDED_BY(mutex_) = false;
-  absl::AnyInvocable<void() &&> done_ ABSL_GUARDED_BY(mutex_);
+  bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
+  Done done_ ABSL_GUARDED_BY(mutex_);
   Place place_ ABSL_GUARDED_BY(mutex_);
+  Timer timer_ ABSL_GUARDED_BY(mutex_);
+  // Another one for each entry, and after its end.
+  int64_t turn_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 RevisionWait::RevisionWait() : state_(std::make_shared<State>()) {}
 
-void RevisionWait::Start(const Facilities& facilities, const v1::Scope& scope, Revision revision,
-                         absl::AnyInvocable<void() &&> done) {
-  if (!state_->Begin(&done)) return std::move(done)();
-  absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities, scope);
-  if (revision <= 0 || !session.ok() || (*session)->snapshot()->revision >= revision) {
-    return state_->End();
-  }
+void RevisionWait::Start(const Facilities& facilities, const v1::Scope& scope,
+                         const v1::AsOf& as_of, Done done) {
+  if (!state_->Begin(&done)) return std::move(done)(absl::CancelledError("the call has ended"));
   const std::shared_ptr<State> state = state_;  // `done` may delete this
-  const ChangeFeed::WaitId id = (*session)->feed().Await(revision - 1, [state] { state->End(); });
-  const State::Place place{*std::move(session), id};
-  if (!state->SetPlace(place)) place.Leave();
+  Wanted wanted{facilities.site,
+                scope.map(),
+                scope.incarnation(),
+                as_of.min_revision(),
+                as_of.consistency() == v1::CONSISTENCY_LINEARIZABLE,
+                as_of.seen_revision(),
+                as_of.seen_incarnation(),
+                facilities.timers};
+  // The answer tells what is wrong.
+  if (wanted.revision < 0 || wanted.seen_revision < 0 || !ValidateName("map", scope.map()).ok()) {
+    return state->End(wanted.revision);
+  }
+  if (wanted.is_linearizable) return state->AskNewest(std::move(wanted));
+  if (wanted.revision == 0 && wanted.seen_revision == 0) return state->End(wanted.revision);
+  state->Await(std::move(wanted));
 }
 
-void RevisionWait::Stop() { state_->End(); }
+void RevisionWait::Stop() { state_->Stop(); }
 
 }  // namespace hypermap::server

@@ -26,6 +26,7 @@ RpcMeters::Reading RpcMeters::Read(Rpc rpc) const {
   const Meter& meter = meters_[static_cast<size_t>(rpc)];
   Reading reading;
   reading.began = meter.began.load(std::memory_order_relaxed);
+  reading.forwarded = meter.forwarded.load(std::memory_order_relaxed);
   for (size_t i = 0; i < kCodes; ++i) {
     reading.ended[i] = meter.ended[i].load(std::memory_order_relaxed);
   }

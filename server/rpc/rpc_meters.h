@@ -28,6 +28,8 @@ class RpcMeters {
   RpcMeters();
 
   void Began(Rpc rpc) { of(rpc).began.fetch_add(1, std::memory_order_relaxed); }
+  // A call that has begun is passed on to another server. It ends as others.
+  void Forwarded(Rpc rpc) { of(rpc).forwarded.fetch_add(1, std::memory_order_relaxed); }
   // Also counts the reason of a refusal because of the caller (base/access/refusal.h).
   void Ended(Rpc rpc, const absl::Status& status, absl::Duration duration);
 
@@ -38,6 +40,7 @@ class RpcMeters {
 
   struct Reading {
     int64_t began = 0;
+    int64_t forwarded = 0;
     std::array<int64_t, kCodes> ended = {};                    // by code
     std::array<int64_t, kBounds_s.size() + 1> durations = {};  // calls in each class
     double total_s = 0.0;                                      // sum of the durations
@@ -47,6 +50,7 @@ class RpcMeters {
  private:
   struct Meter {
     std::atomic<int64_t> began = 0;
+    std::atomic<int64_t> forwarded = 0;
     std::array<std::atomic<int64_t>, kCodes> ended = {};
     std::array<std::atomic<int64_t>, kBounds_s.size() + 1> durations = {};
     std::atomic<int64_t> total_ns = 0;

@@ -48,7 +48,8 @@ void ScratchFile::RemoveLeftOver(const std::string& folder) {
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folder, ignored)) {
     if (!absl::StartsWith(entry.path().filename().string(), kPrefix)) continue;
-    std::filesystem::remove(entry.path(), ignored);
+    // Stores may have made folders beside files.
+    std::filesystem::remove_all(entry.path(), ignored);
   }
 }
 

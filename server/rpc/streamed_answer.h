@@ -28,6 +28,7 @@
 #include "base/sync/deadline.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/call_ticket.h"
+#include "server/rpc/forwarded_answer.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/request_log.h"
 #include "server/rpc/revision_wait.h"
@@ -61,6 +62,8 @@ class MessageSource {
 //
 // Parses and serializes the messages itself, instead of gRPC, so that they are on arenas, and so
 // that most of an answer is freed by the thread that made it: gRPC calls OnDone on another one.
+//
+// If only the owner of the map can answer, which is another server, the answer is the owner's.
 template <typename Request, typename Response>
 class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
@@ -69,7 +72,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
       const Request& request, absl::string_view client)>;
 
   using Done = absl::AnyInvocable<void() &&>;
-  using StartWait = absl::FunctionRef<void(RevisionWait&, Done)>;
+  using StartWait = absl::FunctionRef<void(RevisionWait&, RevisionWait::Done)>;
 
   // `open` is called with the request and CallTicket::client when the answer begins, and again if
   // it has to begin anew. If `bytes` are no Request, the answer is INVALID_ARGUMENT. The bytes and
@@ -127,12 +130,17 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
     }
     GoOn(step);
   }
-  // Begins on a worker when the wait that `start_wait` starts has ended; on a long worker if the
-  // answer is expected to take long. The request must be parsed.
+  // Begins on a worker when the wait that `start_wait` starts has ended, and asks for at least the
+  // revision that was waited for; on a long worker if the answer is expected to take long. The
+  // request must be parsed.
   void BeginAfter(StartWait start_wait, bool is_long) {
     if (!status_.ok()) return End(status_);
     if (!wait_) wait_.emplace();
-    start_wait(*wait_, [this, is_long] { RunOn(is_long ? long_workers_ : workers_); });
+    start_wait(*wait_, [this, is_long](const absl::StatusOr<Revision>& reached) {
+      status_ = reached.status();
+      if (reached.ok()) AskForRevision(*reached, request_);
+      RunOn(is_long ? long_workers_ : workers_);
+    });
   }
 
   void OnCancel() override {
@@ -143,6 +151,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void OnWriteDone(bool ok) override {
+    if (forwarded_) return forwarded_->OnWriteDone(ok);
     if (!ok) return End(absl::CancelledError("the caller went away"));
     RunOn(long_workers_);
   }
@@ -229,6 +238,7 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void Write() {
+    has_answered_ = true;
     if (!source_->done()) return StartWrite(&message_);
     const grpc::Status end = context_.End(absl::OkStatus(), source_->items());
     source_.reset();
@@ -237,6 +247,13 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
 
   void End(const absl::Status& status) {
+    if (!has_answered_) {
+      if (auto forwarding = context_.ForwardInsteadOf(status)) {
+        source_.reset();
+        forwarded_.emplace(this, &context_, *std::move(forwarding));
+        return forwarded_->Start(bytes_);
+      }
+    }
     Finish(context_.End(status, source_ ? source_->items() : 0));
   }
 
@@ -255,6 +272,8 @@ class StreamedAnswer final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   MemoryMeter meter_{&context_.ticket()};  // of what source_ has read of the past
   std::unique_ptr<Source> source_;
   grpc::ByteBuffer message_;  // the message that is being written
+  bool has_answered_ = false;
+  std::optional<ForwardedAnswer> forwarded_;
 };
 
 }  // namespace hypermap::server

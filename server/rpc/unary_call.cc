@@ -17,9 +17,10 @@ constexpr int64_t kBytesOfAnswerByte = 4;
 }  // namespace
 
 UnaryCall::UnaryCall(const CallFacilities& facilities, grpc::CallbackServerContext* context,
-                     Rpc rpc)
+                     Rpc rpc, const RawMessages& raw)
     : reactor_(this),
       context_(facilities, context, rpc),
+      raw_(raw),
       max_answer_bytes_(facilities.budgets->max_message_bytes),
       admitted_(context_.admitted()) {}
 
@@ -51,15 +52,41 @@ void UnaryCall::ForgetAnswer() {
 }
 
 void UnaryCall::Finish(absl::Status status, int64_t items) {
-  const int64_t bytes = status.ok() ? EncodeResponse() : 0;
-  FreeMessages();
-  ticket().FreeMemory(ticket().memory());
+  if (auto forwarding = context_.ForwardInsteadOf(status)) return PassOn(*std::move(forwarding));
   if (status.ok()) {
-    status = ticket().ChargeMemory(CallTicket::CostOfAnswer(bytes));
-    if (!status.ok()) DropEncodedResponse();
+    const grpc::Slice slice = EncodeResponse();
+    grpc::ByteBuffer(&slice, 1).Swap(raw_.response);
   }
+  FreeAll();
+  if (status.ok()) status = ChargeResponse();
   const grpc::Status encoded = context_.End(status, items);
   reactor_.Finish(encoded);
+}
+
+void UnaryCall::FreeAll() {
+  FreeMessages();
+  ticket().FreeMemory(ticket().memory());
+}
+
+absl::Status UnaryCall::ChargeResponse() {
+  const auto bytes = static_cast<int64_t>(raw_.response->Length());
+  absl::Status status = ticket().ChargeMemory(CallTicket::CostOfAnswer(bytes));
+  if (!status.ok()) raw_.response->Clear();
+  return status;
+}
+
+void UnaryCall::PassOn(Forwarding forwarding) {
+  FreeAll();
+  // Only its bytes are held from now on.
+  const auto bytes = static_cast<int64_t>(raw_.request->Length());
+  const absl::Status charged = ticket().ChargeMemory(bytes <= CallTicket::kFreeBytes ? 0 : bytes);
+  if (!charged.ok()) return reactor_.Finish(context_.End(charged));
+  forwarding.forwarder->Call(std::move(forwarding.call), raw_.request, raw_.response,
+                             [this](ForwardedEnd end) {
+                               ticket().FreeMemory(ticket().memory());
+                               if (end.status.ok()) end.status = ChargeResponse();
+                               reactor_.Finish(context_.End(std::move(end)));
+                             });
 }
 
 void UnaryCall::Reactor::OnCancel() {

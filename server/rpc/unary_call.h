@@ -6,6 +6,7 @@
 #include <grpcpp/server_context.h>
 #include <grpcpp/support/byte_buffer.h>
 #include <grpcpp/support/server_callback.h>
+#include <grpcpp/support/slice.h>
 
 #include <cstddef>
 #include <cstdint>
@@ -29,6 +30,12 @@
 #include "server/session/map_session.h"
 
 namespace hypermap::server {
+
+// The encoded messages of a unary call of a raw method, which live until gRPC has sent the answer.
+struct RawMessages {
+  const grpc::ByteBuffer* request;
+  grpc::ByteBuffer* response;
+};
 
 // One unary call of a raw method that is under way. It lives until gRPC has sent its answer.
 class UnaryCall {
@@ -68,7 +75,8 @@ class UnaryCall {
   void ForgetAnswer();
 
   // Ends the call; with the response, if the status is OK and there is memory for it until it is
-  // sent. Frees the messages. Must be called exactly once.
+  // sent. Frees the messages. Must be called exactly once. With the error of NotOwnerError the
+  // owner of the map gets the request instead, and its answer ends the call.
   void Finish(absl::Status status, int64_t items = 0);
 
   // The account of the memory that the call's work takes.
@@ -76,12 +84,14 @@ class UnaryCall {
 
  protected:
   // The context lives as long as this.
-  UnaryCall(const CallFacilities& facilities, grpc::CallbackServerContext* context, Rpc rpc);
+  UnaryCall(const CallFacilities& facilities, grpc::CallbackServerContext* context, Rpc rpc,
+            const RawMessages& raw);
 
   // Keeps the call, which is this one, until gRPC is done with it.
   void KeepUntilDone(std::shared_ptr<UnaryCall> call) { self_ = std::move(call); }
   absl::Status EnterMap(std::string map) { return context_.EnterMap(std::move(map)); }
   void Refuse(const absl::Status& status) { admitted_ = status; }
+  const RawMessages& raw() const { return raw_; }
 
  private:
   // Its reactions are short, so that gRPC may run them on any of its threads.
@@ -99,13 +109,19 @@ class UnaryCall {
   // Fills the request, which is empty until then.
   virtual absl::Status Parse() = 0;
   virtual void ClearResponse() = 0;
-  // Encodes the response where gRPC expects it, and returns its size.
-  virtual int64_t EncodeResponse() = 0;
-  virtual void DropEncodedResponse() = 0;
+  virtual grpc::Slice EncodeResponse() = 0;
   virtual void FreeMessages() = 0;
+
+  // Frees the messages, and what is charged.
+  void FreeAll();
+  // Charges for the encoded response until gRPC has sent it; drops it if there is no memory.
+  absl::Status ChargeResponse();
+  // Gives the request to the owner of the map.
+  void PassOn(Forwarding forwarding);
 
   Reactor reactor_;
   CallContext context_;
+  const RawMessages raw_;
   const int64_t max_answer_bytes_;
   absl::Status admitted_;
   bool is_parsed_ = false;
@@ -117,12 +133,6 @@ class UnaryCall {
 };
 
 using UnaryCallPtr = std::shared_ptr<UnaryCall>;
-
-// The encoded messages of a unary call of a raw method, which live until Finish.
-struct RawMessages {
-  const grpc::ByteBuffer* request;
-  grpc::ByteBuffer* response;
-};
 
 // A unary call with its messages. The memory of a request is charged before it is parsed. A small
 // request is parsed when the call begins, a large one by AnswerOn and StartOn on their worker. The
@@ -151,7 +161,7 @@ class UnaryCallOf final : public UnaryCall {
   };
   UnaryCallOf(Private, const CallFacilities& facilities, grpc::CallbackServerContext* context,
               Rpc rpc, const RawMessages& raw, const absl::Status& acceptable)
-      : UnaryCall(facilities, context, rpc), raw_(raw) {
+      : UnaryCall(facilities, context, rpc, raw) {
     ticket().Received(*raw.request);
     if (!admitted().ok()) return;
     absl::Status status = acceptable;
@@ -161,26 +171,22 @@ class UnaryCallOf final : public UnaryCall {
 
   // The messages live until Finish. The request is empty while it is not parsed.
   const Request& request() const { return *request_; }
+  // Asks for at least the revision that was waited for. Before the answer begins.
+  void AskFor(Revision revision) { AskForRevision(revision, request_); }
   Response* response() { return response_; }
 
  private:
   static constexpr size_t kBytes = 2048;
 
   absl::Status Parse() override {
-    HYPERMAP_RETURN_IF_ERROR(ticket().ChargeRest(Request::default_instance(), *raw_.request));
-    HYPERMAP_RETURN_IF_ERROR(ParseRequest(*raw_.request, request_));
+    HYPERMAP_RETURN_IF_ERROR(ticket().ChargeRest(Request::default_instance(), *raw().request));
+    HYPERMAP_RETURN_IF_ERROR(ParseRequest(*raw().request, request_));
     return EnterMap(MapOf(*request_));
   }
   void ClearResponse() override { response_->Clear(); }
-  int64_t EncodeResponse() override {
-    const grpc::Slice slice = Serialize(*response_);
-    grpc::ByteBuffer(&slice, 1).Swap(raw_.response);
-    return static_cast<int64_t>(slice.size());
-  }
-  void DropEncodedResponse() override { raw_.response->Clear(); }
+  grpc::Slice EncodeResponse() override { return Serialize(*response_); }
   void FreeMessages() override { arena_.Reset(); }
 
-  const RawMessages raw_;
   alignas(std::max_align_t) char block_[kBytes];
   google::protobuf::Arena arena_{block_, sizeof block_};
   Request* const request_ = google::protobuf::Arena::CreateMessage<Request>(&arena_);

@@ -18,6 +18,7 @@
 #include "server/auth/caller.h"
 #include "server/rpc/call_context.h"
 #include "server/rpc/wanted.h"
+#include "server/session/not_owner.h"
 
 namespace hypermap::server {
 namespace {
@@ -26,6 +27,7 @@ namespace {
 constexpr absl::Duration kWatchGrace = absl::Seconds(1);
 constexpr absl::Duration kHealthPeriod = absl::Seconds(1);
 constexpr absl::Duration kAccessPeriod = absl::Seconds(1);
+constexpr absl::Duration kOwnersPeriod = absl::Seconds(1);
 // Also the time for which a full disk may be full while deleted maps could give way.
 constexpr absl::Duration kReopenPeriod = absl::Seconds(1);
 constexpr absl::Duration kTrashPeriod = absl::Seconds(10);
@@ -41,7 +43,8 @@ std::vector<std::string> OwnServices() {
   return {v1::AccessService::service_full_name(), v1::CatalogService::service_full_name(),
           v1::QueryService::service_full_name(),  v1::EditService::service_full_name(),
           v1::IngestService::service_full_name(), v1::ExplorationService::service_full_name(),
-          v1::RobotService::service_full_name(),  v1::WatchService::service_full_name()};
+          v1::RobotService::service_full_name(),  v1::ServerService::service_full_name(),
+          v1::WatchService::service_full_name()};
 }
 
 std::vector<std::string> DescribedServices() {
@@ -93,6 +96,7 @@ reflection::Admit AdmitBy(const Facilities& facilities, Rpc rpc) {
 // them. The window lets a client upload 5 MB/s over a link with 50 ms from end to end and back.
 constexpr int kReadBytes = 64 << 10;
 constexpr int kWindowBytes = 256 << 10;
+constexpr int kPingPeriodMs = 5'000;
 
 }  // namespace
 
@@ -105,12 +109,14 @@ GrpcServer::GrpcServer(const Facilities& facilities)
       exploration_(facilities),
       watch_(facilities),
       robots_(facilities, watch_.shared()),
+      servers_(facilities),
       health_(AdmitBy(facilities, Rpc::kHealth)),
       reflection_(DescribedServices(), AdmitBy(facilities, Rpc::kServerReflectionInfo)),
       site_(facilities.site),
       budgets_(facilities.budgets),
       access_(facilities.access),
-      workers_(facilities.workers) {}
+      workers_(facilities.workers),
+      forwarder_(facilities.forwarder) {}
 
 GrpcServer::~GrpcServer() = default;
 
@@ -127,6 +133,9 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   // Told to the clients in HTTP/2's settings. There is no resource quota of gRPC's: in 1.51 it
   // refuses nothing, and cancels calls of any client when it is exceeded.
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, options.max_calls_per_connection);
+  // A client that has other servers to ask finds out by pings that this machine is dead. More of
+  // them end its connection.
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, kPingPeriodMs);
   builder.AddChannelArgument(GRPC_ARG_TCP_MAX_READ_CHUNK_SIZE, kReadBytes);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_BDP_PROBE, 0);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, kWindowBytes);
@@ -138,6 +147,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   builder.RegisterService(&made->exploration_);
   builder.RegisterService(&made->watch_);
   builder.RegisterService(&made->robots_);
+  builder.RegisterService(&made->servers_);
   made->health_.RegisterWith(&builder);
   made->reflection_.RegisterWith(&builder);
   made->server_ = builder.BuildAndStart();
@@ -160,6 +170,7 @@ absl::StatusOr<std::unique_ptr<GrpcServer>> GrpcServer::Start(const GrpcServerOp
   HYPERMAP_RETURN_IF_ERROR(made->listener_->Start(std::move(listen)));
   made->TellHealth();
   if (!facilities.access->is_open()) made->FollowAccess();
+  if (facilities.forwarder != nullptr) made->FollowOwners();
   made->RemoveOldTrash();
   made->ReopenMaps();
   return made;
@@ -196,6 +207,13 @@ void GrpcServer::FollowAccess() {
   // Also if the identities are the same, because tokens expire.
   watch_.EndUnwanted();
   timer_.RunAfter(kAccessPeriod, [this] { FollowAccess(); });
+}
+
+void GrpcServer::FollowOwners() {
+  forwarder_->EndCallsToFormerOwners([this](const std::string& map) {
+    return OwnerAddressOf(site_->CheckOwner(map)).value_or("");
+  });
+  timer_.RunAfter(kOwnersPeriod, [this] { FollowOwners(); });
 }
 
 void GrpcServer::ReopenMaps() {

@@ -15,6 +15,7 @@
 #include "base/admission/open_connections.h"
 #include "base/limits/limits.h"
 #include "base/tls/server_credentials.h"
+#include "server/forward/forwarder.h"
 #include "server/rpc/budgets.h"
 #include "server/rpc/facilities.h"
 #include "server/rpc/timer_queue.h"
@@ -25,6 +26,7 @@
 #include "server/services/ingest_service.h"
 #include "server/services/query_service.h"
 #include "server/services/robot_service.h"
+#include "server/services/server_service.h"
 #include "server/watch/watch_service.h"
 #include "wire/health/health_service.h"
 #include "wire/reflection/reflection_service.h"
@@ -86,6 +88,9 @@ class GrpcServer {
   void FollowAccess();
   // Opens maps that could not be opened before, now and every second, on a worker.
   void ReopenMaps();
+  // Ends calls that were passed on to servers that are not the owners of their maps any more, now
+  // and every second. REQUIRES: there is a forwarder.
+  void FollowOwners();
   // Removes old deleted maps for good, now and every ten seconds, on a worker.
   void RemoveOldTrash();
   // Shuts down the connections soon after the last call has ended. REQUIRES: the listener stopped.
@@ -99,6 +104,7 @@ class GrpcServer {
   ExplorationService exploration_;
   WatchService watch_;
   RobotService robots_;
+  ServerService servers_;
   health::HealthService health_;
   reflection::ReflectionService reflection_;
   std::set<std::string> maps_with_health_;  // names for the health service; used by TellHealth only
@@ -106,6 +112,7 @@ class GrpcServer {
   Budgets* const budgets_;
   AccessControl* const access_;
   WorkerPools* const workers_;
+  Forwarder* const forwarder_;
   std::unique_ptr<grpc::Server> server_;
   // Destroyed before the server, to which it gives connections.
   std::unique_ptr<admission::GrpcListener> listener_;

@@ -36,12 +36,15 @@ grpc::health::v1::HealthCheckResponse::ServingStatus HealthOf(TestServer& server
 // The facilities of a server without maps.
 class NoMaps {
  public:
-  Facilities facilities() { return {nullptr, {}, &workers_, "", &budgets_, &access_, &meters_}; }
+  Facilities facilities() {
+    return {nullptr, {}, &workers_, "", &budgets_, &access_, &meters_, &timers_};
+  }
 
  private:
   Budgets budgets_{Limits()};
   AccessControl access_;
   RpcMeters meters_;
+  TimerQueue timers_;
   WorkerPools workers_{1};
 };
 

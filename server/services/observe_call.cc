@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "base/cancellation/cancellation.h"
@@ -73,9 +74,14 @@ void ObserveCall::EndSoon() {
     mutex_.AssertHeld();
     stopping_ = true;
   });
+  if (ForwardedStream* const forwarded = this->forwarded()) forwarded->Stop(ServerStops());
 }
 
 void ObserveCall::OnReadDone(bool ok) {
+  if (ForwardedStream* const forwarded = this->forwarded()) {
+    if (ok) ticket_.Received(*forwarded_read_);
+    return forwarded->OnCallerRead(ok);
+  }
   Change([&] {
     mutex_.AssertHeld();
     reading_ = false;
@@ -143,6 +149,7 @@ void ObserveCall::FreeAnswer(int64_t bytes) {
 }
 
 void ObserveCall::OnWriteDone(bool ok) {
+  if (ForwardedStream* const forwarded = this->forwarded()) return forwarded->OnCallerWritten(ok);
   Change([&] {
     mutex_.AssertHeld();
     writing_ = false;
@@ -173,10 +180,39 @@ void ObserveCall::Change(absl::FunctionRef<void()> change) {
     if (status.ok() && !opened_) status = absl::InvalidArgumentError("the stream was not opened");
     acknowledged = acknowledged_;
   }
-  if (!ends) return;
+  if (!ends || PassOn(status)) return;
   // Without the lock, because gRPC may call OnDone, which deletes this, at any time from here on.
   const grpc::Status encoded = context_.End(status, acknowledged);
   Finish(encoded);
+}
+
+bool ObserveCall::PassOn(const absl::Status& error) {
+  // Once the stream is open, its client must open it anew: it knows which answers it has.
+  if (first_.Length() == 0) return false;
+  std::optional<Forwarding> forwarding = context_.ForwardInsteadOf(error);
+  if (!forwarding) return false;
+  ticket_.FreeMemory(ticket_.memory());
+  ForwardedStream::Caller* const caller = this;
+  ForwardedStream* stream = nullptr;
+  {
+    const MutexLock lock(&mutex_);
+    if (stopping_) return false;
+    forwarded_ = std::make_unique<ForwardedStream>(
+        caller, &ticket_, ForwardedStream::Requests::kMany, *std::move(forwarding));
+    stream = forwarded_.get();
+  }
+  stream->Start(first_);
+  return true;
+}
+
+ForwardedStream* ObserveCall::forwarded() {
+  const MutexLock lock(&mutex_);
+  return forwarded_.get();
+}
+
+void ObserveCall::ReadFromCaller(grpc::ByteBuffer* message) {
+  forwarded_read_ = message;
+  StartRead(message);
 }
 
 bool ObserveCall::GoOn() {
@@ -216,6 +252,7 @@ void ObserveCall::EndRequest(absl::Status status) {
 }
 
 void ObserveCall::TakeRequest(const grpc::ByteBuffer& bytes) {
+  if (session_ == nullptr) first_ = bytes;
   auto request = std::make_shared<v1::ObserveRequest>();
   absl::Status status = context_.CheckWanted();
   if (status.ok()) status = ChargeRest(bytes);
@@ -303,6 +340,7 @@ absl::Status ObserveCall::TellOpened(const std::string& robot) {
     next_bytes_ += bytes;
     has_next_ = true;
     opened_ = true;
+    first_.Clear();
   });
   return absl::OkStatus();
 }

@@ -20,6 +20,7 @@
 #include "base/sync/mutex.h"
 #include "hypermap/v1/ingest_service.pb.h"
 #include "map/observations/observe_answers.h"
+#include "server/forward/forwarded_stream.h"
 #include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
@@ -34,8 +35,12 @@ namespace hypermap::server {
 // acknowledgements that are ready when the previous one was written. So a caller that sends faster
 // than the disk writes, or does not read its answers, delays nobody but itself. Deletes itself in
 // OnDone, which gRPC calls after Finish, when no operation is under way.
+//
+// If another server owns the map, the messages are passed on to that one, and its answers are the
+// answers.
 class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>,
-                          private EndableStream {
+                          private EndableStream,
+                          private ForwardedStream::Caller {
  public:
   // `facilities` and `open` must outlive this; the context lives until OnDone.
   ObserveCall(grpc::CallbackServerContext* context, const Facilities* facilities,
@@ -93,6 +98,14 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   absl::Status ChargeAnswer(int64_t bytes);
   void FreeAnswer(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
+  // Passes the stream on instead of ending it with this error. Returns false if it must end.
+  bool PassOn(const absl::Status& error);
+  // The stream that is passed on; null if it is not.
+  ForwardedStream* forwarded();
+  void ReadFromCaller(grpc::ByteBuffer* message) override;
+  void WriteToCaller(grpc::ByteBuffer* message) override { StartWrite(message); }
+  void EndForwarded(const ForwardedEnd& end) override { Finish(context_.End(end)); }
+
   // Changes the state under the lock, then starts the operations that the new state allows: a read,
   // a write, or the end of the call.
   void Change(absl::FunctionRef<void()> change);
@@ -109,6 +122,7 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   std::string layer_;
   std::string author_;
 
+  grpc::ByteBuffer first_;    // the first request, until it has opened the stream
   grpc::ByteBuffer read_;     // target of the read under way
   grpc::ByteBuffer written_;  // source of the write under way
 
@@ -132,6 +146,8 @@ class ObserveCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc:
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
   int64_t acknowledged_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::unique_ptr<ForwardedStream> forwarded_ ABSL_GUARDED_BY(mutex_);
+  grpc::ByteBuffer* forwarded_read_ = nullptr;  // target of the read under way for it
 };
 
 }  // namespace hypermap::server

@@ -14,6 +14,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/time/testing/manual_clock.h"
+#include "server/rpc/revision_wait.h"
 #include "server/services/testing/test_server.h"
 #include "wire/geometry.h"
 #include "wire/time.h"
@@ -286,6 +287,29 @@ TEST_F(PastQueryTest, WaitEndsAtTheDeadline) {
   auto reader = server_.query->QueryValue(&stream_context, area);
   EXPECT_TRUE(ReadAll(*reader).empty());
   EXPECT_EQ(reader->Finish().error_code(), grpc::StatusCode::DEADLINE_EXCEEDED);
+}
+
+TEST_F(PastQueryTest, RevisionThatWasSeenIsWaitedForAShortTime) {
+  const auto seen = [this](Revision revision, uint64_t incarnation) {
+    return PointError([=](v1::QueryPointRequest* request) {
+      request->mutable_as_of()->set_seen_revision(revision);
+      request->mutable_as_of()->set_seen_incarnation(incarnation);
+    });
+  };
+  const uint64_t incarnation = session().incarnation();
+  EXPECT_TRUE(seen(1, incarnation).ok());
+  EXPECT_TRUE(seen(99, incarnation + 1).ok());  // of another map of this name
+  EXPECT_EQ(seen(-1, incarnation).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+
+  std::thread editing([this] { Edit({Thing(0, 0)}); });
+  EXPECT_TRUE(seen(2, incarnation).ok());
+  editing.join();
+
+  const absl::Time begin = absl::Now();
+  const grpc::Status never = seen(99, incarnation);
+  EXPECT_EQ(never.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_THAT(never.error_message(), HasSubstr("the caller has seen 99"));
+  EXPECT_GE(absl::Now() - begin, RevisionWait::kSeen);
 }
 
 TEST_F(PastQueryTest, ShutdownEndsAWait) {

@@ -177,9 +177,20 @@ void PointsCall::TakeOnWorker(const grpc::ByteBuffer& bytes) {
 }
 
 bool PointsCall::WaitsForRevision() {
-  if (!batch_.has_opening() || as_of_.min_revision <= 0) return false;
-  wait_.Start(*facilities_, map_, as_of_.min_revision, [this] {
+  const bool is_linearizable = as_of_.consistency == Consistency::kLinearizable;
+  const bool asks_for_revision = as_of_.min_revision > 0 || as_of_.seen_revision > 0;
+  if (!is_linearizable && (!batch_.has_opening() || !asks_for_revision)) return false;
+  v1::AsOf as_of;
+  wire::EncodeAsOf(as_of_, &as_of);
+  wait_.Start(*facilities_, map_, as_of, [this](const absl::StatusOr<Revision>& reached) {
     WorkerPools& workers = *facilities_->workers;
+    if (!reached.ok()) {
+      return workers.questions.Run(context_.origin(), [this, status = reached.status()] {
+        const absl::Status wanted = context_.CheckWanted();
+        Go(EndBatch(wanted.ok() ? status : wanted));
+      });
+    }
+    as_of_.min_revision = *reached;
     AnswerOn(IsLong() ? &workers.long_questions : &workers.questions);
   });
   return true;
@@ -306,6 +317,7 @@ absl::Status PointsCall::Pin() {
     map_.set_incarnation(asked.incarnation());
   }
   as_of_.min_revision = 0;
+  as_of_.seen_revision = 0;
   incarnation_ = asked.incarnation();
   HYPERMAP_ASSIGN_OR_RETURN(SnapshotPtr snapshot, asked.ForPoints(scope_, points_, tolerance_m_));
   if (asker_ && &asker_->snapshot() == snapshot.get()) return absl::OkStatus();

@@ -67,7 +67,7 @@ class PointsCall final : public grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::
   std::optional<absl::Status> TakeBatch();
   // Parses a batch that is charged, and answers it, on this worker.
   void TakeOnWorker(const grpc::ByteBuffer& bytes);
-  // Leaves the batch to the wait for the revision that the opening needs, if it needs one.
+  // Leaves the batch to the wait for the revision that it needs, if it needs one.
   bool WaitsForRevision();
   // Returns whether the batch is left to a worker at once: it is large, may have much in its reach,
   // or asks the past, which is read from the disk.

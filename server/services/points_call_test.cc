@@ -347,6 +347,27 @@ TEST_F(PointsCallTest, WaitsForTheRevisionItNeeds) {
   EXPECT_THAT(response.layers(0).object_ids(), ElementsAre(1));
 }
 
+TEST_F(PointsCallTest, WaitsForTheRevisionThatWasSeen) {
+  const uint64_t incarnation = (*server_.site().Find("site"))->incarnation();
+  const auto begin = [&](Revision seen) {
+    v1::QueryPointsRequest first =
+        Opening("site", {{"cups"}, ""}, {.seen_revision = seen, .seen_incarnation = incarnation});
+    first.MergeFrom(Batch({{30.5, 0.5}}));
+    return first;
+  };
+  Stream stream(server_);
+  ASSERT_TRUE(stream.Write(begin(2)));
+  Edit(Cup(30));
+  v1::QueryPointsResponse response;
+  ASSERT_TRUE(stream.Read(&response));
+  EXPECT_EQ(response.revision(), 2);
+
+  Stream too_early(server_);
+  ASSERT_TRUE(too_early.Write(begin(99)));
+  EXPECT_FALSE(too_early.Read(&response));
+  EXPECT_EQ(too_early.Finish().error_code(), grpc::StatusCode::UNAVAILABLE);
+}
+
 TEST_F(PointsCallTest, EndsAtTheDeadlineAlsoWhileItWaits) {
   Stream waiting(server_, std::chrono::milliseconds(50));
   waiting.Write(Opening("site", {}, {.min_revision = 99}));

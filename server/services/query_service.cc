@@ -36,13 +36,6 @@ constexpr int64_t kShortAnswerBytes = 64 << 10;
 // Checking an area of more vertices than this takes longer than most answers.
 constexpr int kFewVertices = 256;
 
-// Returns whether the query is answered from the newest snapshot without waiting.
-template <typename Request>
-bool AsksNewest(const Request& request) {
-  const v1::AsOf& as_of = request.as_of();
-  return as_of.as_of_case() == v1::AsOf::AS_OF_NOT_SET && as_of.min_revision() == 0;
-}
-
 // Returns whether the query is about the past, which is read from the disk.
 template <typename Request>
 bool AsksPast(const Request& request) {
@@ -83,6 +76,17 @@ absl::StatusOr<AskedRevision> QueryService::Pin(const Request& request) const {
   return AskedRevision::Find(*session, as_of);
 }
 
+template <typename Request>
+bool QueryService::AsksNewest(const Request& request) const {
+  if (AsksPast(request)) return false;
+  const absl::StatusOr<AsOf> as_of = wire::DecodeAsOf(request.as_of());
+  if (!as_of.ok() || *as_of == AsOf()) return true;
+  if (as_of->consistency == Consistency::kLinearizable) return false;
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = FindMap(facilities_, request.scope());
+  if (!session.ok()) return true;  // The answer will be an error.
+  return (*session)->snapshot()->revision >= as_of->AwaitedOf((*session)->incarnation());
+}
+
 template <typename Call>
 grpc::ServerUnaryReactor* QueryService::AnswerLater(const std::shared_ptr<Call>& call,
                                                     WorkerPool* workers,
@@ -90,14 +94,18 @@ grpc::ServerUnaryReactor* QueryService::AnswerLater(const std::shared_ptr<Call>&
   RevisionWait& wait = call->StartWait();
   const auto start = [this, call, workers, answer, &wait] {
     const auto& request = call->request();
-    wait.Start(facilities_, request.scope(), request.as_of().min_revision(),
-               [this, call, workers, answer] {
-                 AnswerOn(workers, call, [this, call, answer]() -> absl::StatusOr<int64_t> {
-                   HYPERMAP_ASSIGN_OR_RETURN(
-                       const std::optional<int64_t> items,
-                       (this->*answer)(*call, std::numeric_limits<int64_t>::max()));
-                   return items.value_or(0);
-                 });
+    wait.Start(facilities_, request.scope(), request.as_of(),
+               [this, call, workers, answer](const absl::StatusOr<Revision>& reached) {
+                 if (reached.ok()) call->AskFor(*reached);
+                 AnswerOn(
+                     workers, call,
+                     [this, call, answer, waited = reached.status()]() -> absl::StatusOr<int64_t> {
+                       HYPERMAP_RETURN_IF_ERROR(waited);
+                       HYPERMAP_ASSIGN_OR_RETURN(
+                           const std::optional<int64_t> items,
+                           (this->*answer)(*call, std::numeric_limits<int64_t>::max()));
+                       return items.value_or(0);
+                     });
                });
     return absl::OkStatus();
   };
@@ -135,7 +143,7 @@ grpc::ServerWriteReactor<grpc::ByteBuffer>* QueryService::Begin(
     if (AsksNewest(request) && IsSmall(request.area())) return answer->BeginAtOnce();
     answer->BeginAfter(
         [this, &request](RevisionWait& wait, auto done) {
-          wait.Start(facilities_, request.scope(), request.as_of().min_revision(), std::move(done));
+          wait.Start(facilities_, request.scope(), request.as_of(), std::move(done));
         },
         AsksPast(request) || NumVertices(request.area()) > kFewVertices);
   });

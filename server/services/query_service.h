@@ -63,6 +63,10 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
   template <typename Request>
   absl::StatusOr<AskedRevision> Pin(const Request& request) const;
 
+  // Returns whether the query is answered from the newest snapshot without waiting.
+  template <typename Request>
+  bool AsksNewest(const Request& request) const;
+
   template <typename Call>
   using Answer = absl::StatusOr<std::optional<int64_t>> (QueryService::*)(Call&, int64_t) const;
 

@@ -7,11 +7,13 @@
 #include <grpcpp/support/server_callback.h>
 
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 #include "absl/status/status.h"
 #include "base/status/status_macros.h"
 #include "base/status/unless_memory_fails.h"
+#include "server/forward/forwarded_stream.h"
 #include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
@@ -23,18 +25,30 @@ namespace hypermap::server {
 // When all have come, a worker of another class carries out the request. So a call has one owner at
 // any time: gRPC during a read, until OnReadDone gives the call to a worker, which reads again or
 // ends it. Deletes itself in OnDone, which gRPC calls after Finish.
+//
+// If the first message is about a map that another server owns, the messages are passed on to that
+// one, and its answer is the answer.
 template <typename Request, typename Response>
-class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer> {
+class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer>,
+                   private ForwardedStream::Caller {
  public:
   void OnReadDone(bool ok) final {
+    if (forwarded_) return OnReadToForward(ok);
     if (!ok) {
       facilities_->workers->files.Run(
           context_.origin(), [this] { End(UnlessMemoryFails([this] { return CarryOut(); })); });
       return;
     }
     facilities_->workers->uploads.Run(context_.origin(), [this, charged = ChargeMessage()] {
+      const bool is_first = std::exchange(expects_first_, false);
+      const grpc::ByteBuffer message = is_first ? read_ : grpc::ByteBuffer();
       const absl::Status status =
           charged.ok() ? UnlessMemoryFails([this] { return TakeMessage(); }) : charged;
+      if (is_first) {
+        if (auto forwarding = context_.ForwardInsteadOf(status)) {
+          return PassOn(*std::move(forwarding), message);
+        }
+      }
       // Removing the files may take long, too.
       if (!status.ok()) return End(status);
       StartRead(&read_);
@@ -105,6 +119,28 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer> {
     return status;
   }
 
+  void PassOn(Forwarding forwarding, const grpc::ByteBuffer& first) {
+    RemoveFiles();
+    ticket_.FreeMemory(ticket_.memory());
+    ForwardedStream::Caller* const caller = this;
+    forwarded_.emplace(caller, &ticket_, ForwardedStream::Requests::kMany, std::move(forwarding));
+    forwarded_->Start(first);
+  }
+  void OnReadToForward(bool ok) {
+    if (ok) ticket_.Received(*forwarded_read_);
+    forwarded_->OnCallerRead(ok);
+  }
+  void ReadFromCaller(grpc::ByteBuffer* message) final {
+    forwarded_read_ = message;
+    StartRead(message);
+  }
+  // The only answer is written together with the end.
+  void WriteToCaller(grpc::ByteBuffer* message) final {
+    *encoded_response_ = *message;
+    forwarded_->OnCallerWritten(/*ok=*/true);
+  }
+  void EndForwarded(const ForwardedEnd& end) final { Finish(context_.End(end)); }
+
   void End(const absl::Status& status) {
     if (status.ok()) {
       const grpc::Slice slice = Serialize(response());
@@ -117,6 +153,9 @@ class UploadCall : public grpc::ServerReadReactor<grpc::ByteBuffer> {
   grpc::ByteBuffer* const encoded_response_;
   grpc::ByteBuffer read_;  // target of the read under way, or the message that waits for a worker
   int64_t message_cost_ = 0;  // charged for the message
+  bool expects_first_ = true;
+  std::optional<ForwardedStream> forwarded_;
+  grpc::ByteBuffer* forwarded_read_ = nullptr;  // target of the read under way for it
 };
 
 }  // namespace hypermap::server

@@ -15,6 +15,7 @@
 #include "map/edits/batch_layers.h"
 #include "map/edits/byte_size.h"
 #include "map/edits/snapshot_editor.h"
+#include "server/session/not_owner.h"
 #include "server/session/observation_growth.h"
 #include "server/session/same_request.h"
 
@@ -290,7 +291,8 @@ void GroupCommit::Commit(Step step, const Origin& origin, absl::Time time) {
 absl::Status GroupCommit::WriteCommits() {
   EndRun();
   if (!fusion_->broken().ok()) return fusion_->broken();
-  if (commits_.empty()) return absl::OkStatus();
+  // Refusals are answers, too, which an owner that was replaced must not give.
+  if (commits_.empty()) return stored_->ConfirmOwnership();
   // After a write that was given up, fused layers would have to be loaded again, which may take
   // longer than the write.
   std::optional<Cancellation> cancellation;
@@ -325,14 +327,20 @@ absl::Status GroupCommit::Write() {
   growth_ = 0;
   // A failure leaves fusion broken; the next group meets the error again.
   fusion_->Reset().IgnoreError();
+  const absl::Status owned = stored_->ConfirmOwnership();
   for (auto& pending : pending_) {
     if (auto* receipt = std::get_if<PendingReceipt>(&pending)) {
-      if (receipt->needs_write) receipt->answer = status;
+      if (receipt->needs_write) receipt->answer = ForCaller(status);
+      if (!owned.ok()) receipt->answer = ForCaller(owned);
     } else {
-      std::get<PendingVerdicts>(pending).answer = status;
+      std::get<PendingVerdicts>(pending).answer = ForCaller(status);
     }
   }
   return status;
+}
+
+absl::Status GroupCommit::ForCaller(const absl::Status& status) const {
+  return ToldToCallers(stored_->header().name, status);
 }
 
 std::vector<FeedCommit> GroupCommit::TakeCommits() {

@@ -188,6 +188,8 @@ class GroupCommit {
   absl::Status WriteCommits();
   // The error of a caller, if all callers that wait for the write have gone.
   absl::Status CheckWanted() const;
+  // An error of the store as callers are told it.
+  absl::Status ForCaller(const absl::Status& status) const;
 
   storage::StoredMap* const stored_;
   MapFusion* const fusion_;

@@ -18,7 +18,9 @@
 #include "map/content_bytes.h"
 #include "server/fusion/evidence.h"
 #include "server/session/awaited_task.h"
+#include "server/session/not_owner.h"
 #include "server/session/submission_size.h"
+#include "storage/ownership.h"
 
 namespace hypermap::server {
 namespace {
@@ -32,6 +34,8 @@ constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
 // Number of groups that are written for each step of compaction while the queue never empties:
 // compaction must not fall behind for ever, and must not take much of the writer's time.
 constexpr int kGroupsPerCompactionStep = 8;
+// Time until a follower that could not read asks the store again.
+constexpr absl::Duration kFollowRetry = absl::Milliseconds(500);
 // Longest time that the writer folds late observations in advance before it looks for other work.
 // While other work waits, it takes as long as the commits before.
 constexpr absl::Duration kMaxLateWork = absl::Milliseconds(50);
@@ -59,7 +63,7 @@ SessionOptions WithClocksOfFusion(SessionOptions options,
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
+absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Load(
     std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options) {
   for (const std::string& note : stored->opening_notes()) {
     logging::Log(logging::Level::kWarning, "map was not found as it was left",
@@ -71,16 +75,34 @@ absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
                             NewestCommitTime(*stored, snapshot->revision));
   std::unique_ptr<MapSession> session(
       new MapSession(std::move(stored), snapshot, std::move(marks), newest_commit, options));
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<MapFusion> fusion,
-                            MapFusion::Open(&session->stored_->fusion_log(),
-                                            &session->options_.fusion, session->options_.limits));
-  session->fusion_ = std::move(fusion);
   session->health_.NoteDamage(session->stored_->damage());
   for (const auto& [name, layer] : snapshot->damaged) session->health_.NoteDamage(layer.damage);
+  return session;
+}
+
+absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Start(
+    std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<MapSession> session, Load(std::move(stored), options));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      session->fusion_, MapFusion::Open(&session->stored_->fusion_log(), &session->options_.fusion,
+                                        session->options_.limits));
   session->late_.emplace(session->fusion_.get(), session->options_.executor);
   HYPERMAP_ASSIGN_OR_RETURN(
       session->writer_,
       options.executor->Start("hm-writer", [writer = session.get()] { return writer->Step(); }));
+  return session;
+}
+
+absl::StatusOr<std::unique_ptr<MapSession>> MapSession::Follow(
+    std::unique_ptr<storage::StoredMap> stored, const std::string& owner,
+    const SessionOptions& options) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<MapSession> session, Load(std::move(stored), options));
+  session->follower_.emplace(session->stored_.get());
+  session->SetOwner(owner);
+  HYPERMAP_ASSIGN_OR_RETURN(session->writer_,
+                            options.executor->Start("hm-follower", [follower = session.get()] {
+                              return follower->FollowStep();
+                            }));
   return session;
 }
 
@@ -111,6 +133,16 @@ absl::Status MapSession::CheckIncarnation(uint64_t expected) const {
                    "): it was restored, replaced or made anew, and its revisions are others"));
 }
 
+void MapSession::SetOwner(std::optional<std::string> address) {
+  const MutexLock lock(&queue_mutex_);
+  owner_ = std::move(address);
+}
+
+absl::Status MapSession::CheckOwner() const {
+  const MutexLock lock(&queue_mutex_);
+  return owner_ ? NotOwnerError(header_.name, *owner_) : absl::OkStatus();
+}
+
 absl::Status MapSession::problem() const {
   MutexLock lock(&queue_mutex_);
   return problem_;
@@ -127,6 +159,7 @@ SnapshotPtr MapSession::snapshot() const {
 }
 
 absl::Status MapSession::CheckAccepts(int64_t queued, int64_t bytes) const {
+  if (owner_) return NotOwnerError(header_.name, *owner_);
   if (closing_) {
     return absl::UnavailableError(absl::StrCat("map \"", header_.name, "\" is closing"));
   }
@@ -344,6 +377,8 @@ void MapSession::Close() {
   if (writer_) writer_->Join();
   history_.Close();
   fusion_.reset();
+  // The reader may be used as long as the map is open.
+  if (follower_) follower_.emplace(nullptr);
   stored_.reset();
 }
 
@@ -362,6 +397,41 @@ std::optional<absl::Duration> MapSession::Step() {
   MaintainMap();
   WorkOnLate();
   return UntilNextStep();
+}
+
+std::optional<absl::Duration> MapSession::FollowStep() {
+  {
+    const MutexLock lock(&queue_mutex_);
+    if (closing_) return std::nullopt;
+  }
+  if (is_broken_) return kMaxWait;
+  absl::StatusOr<MapFollower::Steps> steps = follower_->Read(snapshot());
+  if (absl::IsOutOfRange(steps.status()) || absl::IsDataLoss(steps.status())) {
+    EndFollowing(steps.status());
+    return kMaxWait;
+  }
+  if (!steps.ok()) return kFollowRetry;
+  if (steps->commits.empty()) return kMaxWait;
+  content_.Add(ContentGrowth(*snapshot(), *steps->snapshot));
+  Publish(steps->snapshot, std::move(steps->commits));
+  feed_.Wake();
+  return absl::ZeroDuration();
+}
+
+void MapSession::EndFollowing(const absl::Status& reason) {
+  is_broken_ = true;
+  logging::Log(logging::Level::kWarning, "map has to be loaded again",
+               {{"map", header_.name}, {"reason", reason.ToString()}});
+  {
+    const MutexLock lock(&queue_mutex_);
+    problem_ = absl::UnavailableError(absl::StrCat("it is being loaded again: ", reason.message()));
+  }
+  feed_.Close();
+}
+
+void MapSession::LookForRevisions() {
+  const MutexLock lock(&queue_mutex_);
+  if (writer_ && !closing_) writer_->Wake();
 }
 
 void MapSession::EndWriting() {
@@ -500,26 +570,28 @@ void MapSession::Finish(GroupCommit& group) {
     CheckFiles();
   }
   if (group.stored()) NoteWrite(*group.stored());
-  {
-    MutexLock lock(&snapshot_mutex_);
-    snapshot_ = group.snapshot();
-  }
   group.CountContent();
   evidence_.Add(fusion_->bytes() - evidence_.bytes());
-  std::vector<FeedCommit> commits = group.TakeCommits();
+  // Before the answers, so that a caller that has its answer finds the revision published.
+  Publish(group.snapshot(), group.TakeCommits());
+  std::move(group).Answer();
+  // After the snapshot, so that a call that waited for a revision finds it published; and after the
+  // answers, because many calls may wait.
+  feed_.Wake();
+}
+
+void MapSession::Publish(const SnapshotPtr& snapshot, std::vector<FeedCommit> commits) {
+  {
+    MutexLock lock(&snapshot_mutex_);
+    snapshot_ = snapshot;
+  }
   int64_t changes = 0;
   for (const FeedCommit& commit : commits) {
     expiry_.Update(*commit.changes);
     changes += static_cast<int64_t>(commit.changes->size());
   }
-  // Before the answers, so that nobody knows of a commit that is not counted.
   meters_.AddGroup(static_cast<int64_t>(commits.size()), changes);
-  // Before the answers, so that a caller that has its answer finds the revision in the feed.
   feed_.Append(std::move(commits));
-  std::move(group).Answer();
-  // After the snapshot, so that a call that waited for a revision finds it published; and after the
-  // answers, because many calls may wait.
-  feed_.Wake();
 }
 
 QueueLoad::Size MapSession::queue_size() const {
@@ -544,11 +616,12 @@ void MapSession::CheckFiles() {
   const absl::Status status = stored_->CheckFile();
   if (!absl::IsDataLoss(status)) return;
   is_broken_ = true;
-  logging::Log(logging::Level::kError, "map is closed",
-               {{"map", header_.name}, {"problem", status.ToString()}});
+  // That it has another owner happens after each failover.
+  logging::Log(storage::IsLostOwnership(status) ? logging::Level::kWarning : logging::Level::kError,
+               "map is closed", {{"map", header_.name}, {"problem", status.ToString()}});
   {
     MutexLock lock(&queue_mutex_);
-    problem_ = status;
+    problem_ = ToldToCallers(header_.name, status);
   }
   // Watches end; their clients are told the reason when they ask again.
   feed_.Close();

@@ -42,6 +42,7 @@
 #include "server/session/group_commit.h"
 #include "server/session/history_pool.h"
 #include "server/session/late_observations.h"
+#include "server/session/map_follower.h"
 #include "server/session/map_health.h"
 #include "server/session/map_time.h"
 #include "server/session/queue_load.h"
@@ -78,6 +79,12 @@ class MapSession {
   static absl::StatusOr<std::unique_ptr<MapSession>> Start(
       std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options);
 
+  // Loads a map that another server owns, and follows it: the snapshots and the feed are those of
+  // the owner. Whatever needs the writer is refused with NotOwnerError. `owner` is as for SetOwner.
+  static absl::StatusOr<std::unique_ptr<MapSession>> Follow(
+      std::unique_ptr<storage::StoredMap> stored, const std::string& owner,
+      const SessionOptions& options);
+
   // Calls Close.
   ~MapSession();
   MapSession(const MapSession&) = delete;
@@ -95,6 +102,18 @@ class MapSession {
   MapCondition condition() const;
   // ABORTED if the map is another incarnation than `expected`; 0 expects any.
   absl::Status CheckIncarnation(uint64_t expected) const;
+
+  // Tells who owns the map: another server, by its address (empty if it is not known), or this one
+  // (nullopt, as at the start). While another server owns it, new submissions and tasks for the
+  // writer are refused with CheckOwner; those that wait are carried out.
+  void SetOwner(std::optional<std::string> address);
+  // OK if this server owns the map, or else NotOwnerError.
+  absl::Status CheckOwner() const;
+
+  // Whether the map was opened by Follow.
+  bool is_follower() const { return follower_.has_value(); }
+  // Of a followed map: there may be new revisions in the store.
+  void LookForRevisions();
 
   // The newest published snapshot.
   SnapshotPtr snapshot() const;
@@ -193,6 +212,10 @@ class MapSession {
              std::vector<storage::TimeMark> marks, absl::Time newest_commit,
              const SessionOptions& options);
 
+  // Makes a session that has no writer yet.
+  static absl::StatusOr<std::unique_ptr<MapSession>> Load(
+      std::unique_ptr<storage::StoredMap> stored, const SessionOptions& options);
+
   template <typename SubmissionType, typename Callback>
   void Enqueue(SubmissionType submission, Callback done);
   template <typename SubmissionType>
@@ -204,6 +227,12 @@ class MapSession {
   // A step of the writer: commits what waits, then does what maintenance is due. Returns the time
   // until there is something to do again, or nullopt once the session is closed.
   std::optional<absl::Duration> Step();
+  // A step of a follower: reads and publishes revisions that are new in the store. Returns as Step.
+  std::optional<absl::Duration> FollowStep();
+  // Ends the service of a follower that can't go on from its revision.
+  void EndFollowing(const absl::Status& reason);
+  // Shows the commits to readers and watches, except that feed_.Wake must follow.
+  void Publish(const SnapshotPtr& snapshot, std::vector<FeedCommit> commits);
   // What is left to do when the session is closed.
   void EndWriting();
   absl::Duration UntilNextStep() const;
@@ -246,7 +275,8 @@ class MapSession {
   const storage::MapHeader header_;
   // Used by the writer's thread only, while it runs.
   std::unique_ptr<storage::StoredMap> stored_;
-  std::unique_ptr<MapFusion> fusion_;
+  std::unique_ptr<MapFusion> fusion_;    // null if the map is followed
+  std::optional<MapFollower> follower_;  // of a followed map
   MapTime time_;
   bool mark_failed_ = false;  // the newest attempt to store a mark
   ExpirySchedule expiry_;
@@ -271,7 +301,8 @@ class MapSession {
 
   mutable Mutex queue_mutex_;
   Work queue_ ABSL_GUARDED_BY(queue_mutex_);
-  QueueLoad late_load_ ABSL_GUARDED_BY(queue_mutex_);  // of late_
+  QueueLoad late_load_ ABSL_GUARDED_BY(queue_mutex_);               // of late_
+  std::optional<std::string> owner_ ABSL_GUARDED_BY(queue_mutex_);  // another server's address
   bool closing_ ABSL_GUARDED_BY(queue_mutex_) = false;
   bool refuses_late_ ABSL_GUARDED_BY(queue_mutex_) = false;
   absl::Status problem_ ABSL_GUARDED_BY(queue_mutex_);

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <future>
 #include <limits>
 #include <memory>
@@ -90,6 +91,7 @@ class SessionHistoryTest : public ::testing::Test {
     // A turn of the writer is work, then maintenance: the second backup comes after the maintenance
     // of the first one's turn.
     for (int turn = 0; turn < 2; ++turn) {
+      std::filesystem::remove(folder_ / "backup");
       ASSERT_TRUE(
           session_->BackupTo(folder_ / "backup", [](int64_t) { return absl::OkStatus(); }).ok());
     }

@@ -7,13 +7,16 @@
 #include <utility>
 
 #include "absl/cleanup/cleanup.h"
+#include "absl/strings/cord.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/string_view.h"
 #include "base/cancellation/cancellation.h"
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
 #include "map/layers/layer_spec.h"
 #include "server/fusion/evidence.h"
+#include "server/session/not_owner.h"
 #include "server/session/same_request.h"
 
 namespace hypermap::server {
@@ -23,7 +26,10 @@ namespace {
 constexpr size_t kClosingThreads = 8;
 
 absl::Status OfMap(const std::string& map, const absl::Status& status) {
-  return absl::Status(status.code(), absl::StrCat("map \"", map, "\": ", status.message()));
+  absl::Status of_map(status.code(), absl::StrCat("map \"", map, "\": ", status.message()));
+  status.ForEachPayload(
+      [&](absl::string_view type, const absl::Cord& payload) { of_map.SetPayload(type, payload); });
+  return of_map;
 }
 
 // As MapSession::CheckIncarnation. The incarnation of a map that can't be opened is not known.
@@ -58,6 +64,10 @@ absl::StatusOr<std::unique_ptr<Site>> Site::Open(std::unique_ptr<storage::MapSto
                                                  const SessionOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> names, store->List());
   std::unique_ptr<Site> site(new Site(std::move(store), options));
+  if (site->placement_) {
+    HYPERMAP_RETURN_IF_ERROR(site->StartPlacement());
+    return site;
+  }
   const auto max_maps = static_cast<size_t>(options.limits.max_maps);
   size_t num_open = 0;
   for (const std::string& name : names) {
@@ -72,7 +82,10 @@ absl::StatusOr<std::unique_ptr<Site>> Site::Open(std::unique_ptr<storage::MapSto
 }
 
 Site::Site(std::unique_ptr<storage::MapStore> store, const SessionOptions& options)
-    : store_(std::move(store)), options_(options) {}
+    : store_(std::move(store)), options_(options) {
+  const std::string server_id = store_->server_id();
+  if (!server_id.empty()) placement_.emplace(server_id);
+}
 
 Site::~Site() { Close(); }
 
@@ -113,6 +126,8 @@ void Site::PlanRetry(const Entry& entry, const std::string& stamp) {
 }
 
 std::optional<std::pair<std::string, Site::Retry>> Site::ReserveMapToReopen() {
+  // Which maps to open is planned with the other servers.
+  if (placement_) return std::nullopt;
   const MutexLock lock(&mutex_);
   const absl::Duration now = clock().SinceBoot();
   for (auto& [name, retry] : retries_) {
@@ -201,6 +216,13 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Find(const std::string& map) c
   Entry entry = WithProblem(it->second);
   if (!entry.problem.ok()) return OfMap(map, entry.problem);
   return std::move(entry.session);
+}
+
+absl::Status Site::CheckOwner(const std::string& map) const {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = Find(map);
+  if (session.ok()) return (*session)->CheckOwner();
+  // Other problems are told by what the request asks for.
+  return OwnerAddressOf(session.status()) ? session.status() : absl::OkStatus();
 }
 
 absl::Status Site::Reserve(const std::string& map) {
@@ -439,6 +461,7 @@ absl::StatusOr<std::shared_ptr<MapSession>> Site::Restore(const Restoration& res
 }
 
 void Site::Close() {
+  EndPlacement();
   std::vector<std::shared_ptr<MapSession>> sessions;
   {
     MutexLock lock(&mutex_);

@@ -3,6 +3,7 @@
 #define HYPERMAP_SERVER_SESSION_SITE_H_
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -14,9 +15,12 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/sync/executor.h"
 #include "base/sync/mutex.h"
 #include "map/check_report.h"
 #include "server/session/map_session.h"
+#include "server/session/placement.h"
+#include "server/session/read_index.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -57,6 +61,13 @@ class Site {
 
   // The map's session. NOT_FOUND naming the map, or Entry::problem.
   absl::StatusOr<std::shared_ptr<MapSession>> Find(const std::string& map) const;
+  // OK unless another server is known to own the map: then NotOwnerError.
+  absl::Status CheckOwner(const std::string& map) const;
+
+  // Calls `done` with the newest revision that any server may have acknowledged when this was
+  // called: at once if the store is this server's own, otherwise once the store has told it.
+  // NOT_FOUND; UNAVAILABLE. `done` must not wait.
+  void AskNewest(const std::string& map, ReadIndex::Callback done) const;
 
   struct NewMap {
     std::string name;
@@ -105,6 +116,13 @@ class Site {
   static constexpr absl::Duration kFirstPause = absl::Seconds(1);
   static constexpr absl::Duration kLastPause = absl::Minutes(1);
   void ReopenMaps();
+
+  // Tells the other servers that share the store at which address they reach this one.
+  void Advertise(const std::string& address) { store_->Advertise(address); }
+
+  // As the methods of MapStore.
+  std::string server_id() const { return store_->server_id(); }
+  absl::StatusOr<storage::Survey> TakeSurvey() { return store_->TakeSurvey(); }
 
   // As MapStore::RemoveOldTrash, by the server's clock.
   absl::Status RemoveOldTrash() { return store_->RemoveOldTrash(clock().Now()); }
@@ -167,6 +185,24 @@ class Site {
   // counts it no more as changing.
   void PutBack(const std::string& map, bool without_room);
 
+  // If other servers share the store, a loop opens, follows, takes over, hands over and forgets
+  // maps about every second, and soon after the store has told of a change, so that each map has
+  // one owner, and each server shows all of them.
+  // Questions for the newest revisions have a loop of their own.
+  absl::Status StartPlacement();
+  void EndPlacement();
+  void HearOfChange(const std::string& map);
+  // A step of the loop; waits for the store.
+  void Reconcile();
+  // Carries out what Placement has planned.
+  void CarryOut(const Placement::Task& task);
+  std::vector<Placement::Listed> ListForPlacement() const;
+  // Opens a map for writing or for reading.
+  absl::StatusOr<std::unique_ptr<MapSession>> OpenFor(const Placement::Task& task);
+  // Does that, puts the session in the place of the one that there is, and closes that one.
+  void Replace(const Placement::Task& task);
+  void Forget(const std::string& map);
+
   // Keeps other calls from creating or deleting the map until Release, without a lock that is held
   // during I/O. ABORTED if another call has reserved the map.
   absl::Status Reserve(const std::string& map);
@@ -174,6 +210,10 @@ class Site {
 
   const std::unique_ptr<storage::MapStore> store_;
   const SessionOptions options_;
+  // Of a shared store. Used by the loop, and before that by Open.
+  std::optional<Placement> placement_;
+  // Of a shared store. Set before anybody but Open has the site.
+  std::unique_ptr<ReadIndex> read_index_;
 
   mutable Mutex mutex_;
   std::map<std::string, Entry> maps_ ABSL_GUARDED_BY(mutex_);
@@ -184,6 +224,8 @@ class Site {
   // Maps that are being created, deleted or opened, and are open although maps_ does not show it.
   int num_changing_ ABSL_GUARDED_BY(mutex_) = 0;
   std::set<std::string> reserved_ ABSL_GUARDED_BY(mutex_);
+  bool is_closing_ ABSL_GUARDED_BY(mutex_) = false;
+  std::unique_ptr<Executor::Running> placing_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace hypermap::server

@@ -16,9 +16,10 @@ WatchCall::Shared::Shared(const WatchTuning& tuning_values, const Facilities& fa
       tick_queues{TickQueue::Make(tuning.calm_tick, tuning.turn, &timers, workers),
                   TickQueue::Make(tuning.busy_tick, tuning.turn, &timers, workers)} {}
 
-WatchCall::WatchCall(grpc::CallbackServerContext* context, Rpc rpc, ChargeRequest charge_request,
-                     OpenSource open_source, Shared* shared)
+WatchCall::WatchCall(grpc::CallbackServerContext* context, Rpc rpc, const grpc::ByteBuffer& bytes,
+                     ChargeRequest charge_request, OpenSource open_source, Shared* shared)
     : grpc_context_(context),
+      bytes_(bytes),
       shared_(shared),
       context_(shared->call_facilities, context, rpc),
       place_(&shared->budgets->watchers, context_.ticket().client()),
@@ -37,6 +38,7 @@ absl::Status WatchCall::Admit(ChargeRequest charge_request) {
 }
 
 void WatchCall::OnWriteDone(bool ok) {
+  if (forwarded_) return forwarded_->OnWriteDone(ok);
   {
     MutexLock lock(&write_mutex_);
     writing_ = false;
@@ -96,6 +98,7 @@ void WatchCall::TakeShortTurn() {
 }
 
 void WatchCall::Write(const grpc::Slice& message) {
+  has_answered_ = true;
   grpc::ByteBuffer(&message, 1).Swap(&message_);
   {
     MutexLock lock(&write_mutex_);
@@ -152,7 +155,21 @@ void WatchCall::ForgetWait() {
 }
 
 void WatchCall::End(const absl::Status& status) {
+  if (!has_answered_) {
+    if (auto forwarding = context_.ForwardInsteadOf(status)) return PassOn(*std::move(forwarding));
+  }
   Finish(context_.End(status, source_ ? source_->items() : 0));
+}
+
+void WatchCall::PassOn(Forwarding forwarding) {
+  source_.reset();
+  forwarded_.emplace(this, &context_, std::move(forwarding));
+  {
+    // From now on CancelWrite ends the call: its twin is cancelled together with it.
+    const MutexLock lock(&write_mutex_);
+    writing_ = true;
+  }
+  forwarded_->Start(bytes_);
 }
 
 }  // namespace hypermap::server

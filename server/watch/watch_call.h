@@ -27,6 +27,7 @@
 #include "server/rpc/call_context.h"
 #include "server/rpc/call_ticket.h"
 #include "server/rpc/facilities.h"
+#include "server/rpc/forwarded_answer.h"
 #include "server/rpc/raw_messages.h"
 #include "server/rpc/timer_queue.h"
 #include "server/rpc/worker_pool.h"
@@ -47,7 +48,8 @@ namespace hypermap::server {
 // The call has one owner at any time, and only the owner may touch it: a worker (or the worker
 // pool's queue); or gRPC during a write, until OnWriteDone goes on or begins to wait; or the wake
 // handle while the call waits. The call deletes itself in OnDone. Finish is called on a worker
-// only.
+// only, unless only the owner of the map can answer, which is another server: then the messages and
+// the end are the owner's.
 class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
  public:
   // The state that all calls of a service share. Thread safe.
@@ -70,11 +72,12 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   using OpenSource =
       absl::AnyInvocable<absl::StatusOr<std::unique_ptr<LiveSource>>(CallContext&) &&>;
 
-  // `charge_request` is called by the constructor if there is room for another call, and
-  // `open_source` later, once, on a worker; it frees what the request holds. The error of either
-  // ends the rpc. `shared` must outlive this; the context lives until OnDone.
-  WatchCall(grpc::CallbackServerContext* context, Rpc rpc, ChargeRequest charge_request,
-            OpenSource open_source, Shared* shared);
+  // `bytes` are the request. `charge_request` is called by the constructor if there is room for
+  // another call, and `open_source` later, once, on a worker; it frees what the request holds. The
+  // error of either ends the rpc. `shared` must outlive this; the context and the bytes live until
+  // OnDone.
+  WatchCall(grpc::CallbackServerContext* context, Rpc rpc, const grpc::ByteBuffer& bytes,
+            ChargeRequest charge_request, OpenSource open_source, Shared* shared);
 
   void OnWriteDone(bool ok) override;
   void OnCancel() override {
@@ -83,8 +86,8 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   }
   void OnDone() override;
 
-  // Cancels the rpc if a write is under way: the client gets CANCELLED and no revision to resume
-  // from.
+  // Cancels the rpc if a write is under way, or if the owner of the map answers: the client gets
+  // CANCELLED and no revision to resume from.
   void CancelWrite();
   // Returns whether the call must go on, as far as its caller is concerned.
   bool IsWanted() const { return context_.CheckWanted().ok(); }
@@ -109,8 +112,10 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   // Removes the callbacks that the last wait left in the source and the timers.
   void ForgetWait();
   void End(const absl::Status& status);
+  void PassOn(Forwarding forwarding);
 
   const grpc::CallbackServerContext* const grpc_context_;
+  const grpc::ByteBuffer& bytes_;
   Shared* const shared_;
   CallContext context_;
   admission::Budget::Charge place_;  // among budgets->watchers
@@ -122,6 +127,8 @@ class WatchCall final : public grpc::ServerWriteReactor<grpc::ByteBuffer> {
   MemoryMeter meter_{&context_.ticket()};  // of the past commits that source_ holds
   std::unique_ptr<LiveSource> source_;     // null until the first turn
   grpc::ByteBuffer message_;
+  bool has_answered_ = false;
+  std::optional<ForwardedAnswer> forwarded_;
   std::optional<TimerQueue::Id> timer_;
 
   Mutex write_mutex_;
@@ -148,7 +155,7 @@ WatchCall* BeginWatchCall(grpc::CallbackServerContext* context, Rpc rpc,
     HYPERMAP_RETURN_IF_ERROR(call.EnterMap(MapOf(request)));
     return open(request);
   };
-  return new WatchCall(context, rpc, charge_request, open_source, shared);
+  return new WatchCall(context, rpc, bytes, charge_request, open_source, shared);
 }
 
 }  // namespace hypermap::server

@@ -32,7 +32,13 @@ class MemoryFusionLog : public storage::FusionLog {
     for (const auto& key : change.retracted) layer.retracted.insert(key);
     for (const auto& fact : change.facts) layer.facts[fact.key] = fact;
     for (const auto& [track, id] : change.tracks) layer.tracks[track] = id;
+    if (change.base) layer.base = *change.base;
+    for (const auto& [robot, sequences] : change.forgotten) {
+      for (int64_t s = sequences.first; s <= sequences.last; ++s)
+        layer.forgotten.insert({robot, s});
+    }
   }
+  void DropAll() { layers_.clear(); }
   void Drop(const std::string& layer) { layers_.erase(layer); }
 
   absl::StatusOr<std::vector<std::pair<std::string, storage::FusionSettings>>> FusedLayers()
@@ -111,6 +117,43 @@ class MemoryFusionLog : public storage::FusionLog {
     }
     return read;
   }
+  absl::StatusOr<std::vector<StoredEntry>> ReadStored(const std::string& name,
+                                                      const storage::LogKey& after,
+                                                      int max_entries) override {
+    const Layer& layer = layers_[name];
+    std::map<storage::LogKey, StoredEntry> stored;
+    for (const auto& [unused, o] : layer.observations) {
+      const storage::LogKey key{o.key, 0};
+      stored[key] = {
+          {key, "", "", o.body}, o.content_hash, o.received_at, layer.retracted.count(o.key) > 0};
+    }
+    for (const auto& [key, fact] : layer.facts) {
+      stored[key].entry = {key, fact.kind, fact.track, fact.body};
+    }
+    std::vector<StoredEntry> read;
+    for (auto it = stored.upper_bound(after);
+         it != stored.end() && static_cast<int>(read.size()) < max_entries; ++it) {
+      read.push_back(it->second);
+    }
+    return read;
+  }
+  absl::StatusOr<std::vector<storage::ForgottenNames>> Forgotten(
+      const std::string& layer, const std::optional<storage::ForgottenNames>& after,
+      int max_count) override {
+    std::map<std::string, std::vector<SequenceRange>> by_robot;
+    for (const auto& [robot, sequence] : layers_[layer].forgotten) {
+      AppendSequence(sequence, &by_robot[robot]);
+    }
+    std::vector<storage::ForgottenNames> names;
+    for (const auto& [robot, ranges] : by_robot) {
+      for (const SequenceRange& range : ranges) {
+        const bool is_after = !after || std::pair(after->robot, after->sequences.first) <
+                                            std::pair(robot, range.first);
+        if (is_after && static_cast<int>(names.size()) < max_count) names.push_back({robot, range});
+      }
+    }
+    return names;
+  }
   absl::StatusOr<std::optional<storage::FusionCheckpoint>> FindCheckpoint(
       const std::string& layer, const std::optional<storage::LogKey>& before) override {
     const auto& checkpoints = layers_[layer].checkpoints;
@@ -156,7 +199,9 @@ class MemoryFusionLog : public storage::FusionLog {
   // Removes the forgotten entries at once.
   absl::Status MoveBase(const std::string& name, const storage::LogKey& key) override {
     Layer& layer = layers_[name];
-    const std::string state = layer.checkpoints.at(key).state;
+    const auto checkpoint = layer.checkpoints.find(key);
+    if (checkpoint == layer.checkpoints.end()) return absl::InternalError("no such checkpoint");
+    const std::string state = checkpoint->second.state;
     int64_t num_facts = layer.base ? layer.base->num_facts : 0;
     while (!layer.facts.empty() && layer.facts.begin()->first <= key) {
       num_facts = layer.facts.begin()->first.number;

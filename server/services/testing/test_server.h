@@ -15,10 +15,12 @@
 #include "hypermap/v1/catalog_service.grpc.pb.h"
 #include "hypermap/v1/edit_service.grpc.pb.h"
 #include "hypermap/v1/exploration_service.grpc.pb.h"
+#include "hypermap/v1/ingest_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "hypermap/v1/robot_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 #include "map/edits/edit.h"
+#include "server/forward/forwarder.h"
 #include "server/fusion/testing/tally_strategy.h"
 #include "server/rpc/facilities.h"
 #include "server/services/evidence_codec.h"
@@ -29,20 +31,37 @@
 
 namespace hypermap::server {
 
+// Who may call a server, and what it shows to others.
+struct TestAccess {
+  std::string access_file = "";  // empty: everybody may do everything
+  tls::ServerFiles tls = {};
+  std::vector<std::string> trusted_peers = {};
+  // With which it passes calls on.
+  std::shared_ptr<grpc::ChannelCredentials> credentials = grpc::InsecureChannelCredentials();
+};
+
 class TestServer {
  public:
+  // With a `server_id` the store is one that several servers may share.
   explicit TestServer(const Limits& limits = {}, int max_message_bytes = 1 << 20,
-                      SessionOptions options = {})
-      : budgets_(limits) {
+                      SessionOptions options = {}, const TestAccess& access = {},
+                      const std::string& server_id = "")
+      : budgets_(limits), forwarder_(access.credentials, max_message_bytes) {
     options.fusion.codec = WireEvidenceCodec();
     options.fusion.make_strategy = MakeTallyStrategy;
     options.fusion.default_strategy = "tally";
-    auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_), options);
+    auto site = Site::Open(std::make_unique<MemoryMapStore>(&disk_, server_id), options);
     EXPECT_TRUE(site.ok()) << site.status();
     site_ = *std::move(site);
-    auto server = GrpcServer::Start(
-        {"127.0.0.1:0", max_message_bytes},
-        {site_.get(), limits, &workers_, scratch_.path(), &budgets_, &access_, &meters_});
+    if (!access.access_file.empty()) {
+      auto control = AccessControl::OfFile(access.access_file, kExpiryAuthor, &site_->clock());
+      EXPECT_TRUE(control.ok()) << control.status();
+      access_ = *std::move(control);
+    }
+    access_->TrustPeers(access.trusted_peers);
+    auto server = GrpcServer::Start({"127.0.0.1:0", max_message_bytes, access.tls},
+                                    {site_.get(), limits, &workers_, scratch_.path(), &budgets_,
+                                     access_.get(), &meters_, &timers_, &forwarder_});
     EXPECT_TRUE(server.ok()) << server.status();
     server_ = *std::move(server);
     channel_ = grpc::CreateChannel(server_->address(), grpc::InsecureChannelCredentials());
@@ -51,10 +70,12 @@ class TestServer {
     edit = v1::EditService::NewStub(channel_);
     watch = v1::WatchService::NewStub(channel_);
     exploration = v1::ExplorationService::NewStub(channel_);
+    ingest = v1::IngestService::NewStub(channel_);
     robots = v1::RobotService::NewStub(channel_);
   }
   ~TestServer() {
     disk_.Release();
+    disk_.ReleaseNewest();
     Shutdown(absl::Seconds(10));
   }
 
@@ -64,6 +85,7 @@ class TestServer {
   Budgets& budgets() { return budgets_; }
   WorkerPools& workers() { return workers_; }
   Site& site() { return *site_; }
+  const RpcMeters& meters() const { return meters_; }
   const std::string& address() const { return server_->address(); }
   const std::shared_ptr<grpc::Channel>& channel() const { return channel_; }
 
@@ -84,8 +106,10 @@ class TestServer {
   hypermap::testing::TemporaryFolder scratch_;
   MemoryDisk disk_;
   Budgets budgets_;
-  AccessControl access_;
+  std::unique_ptr<AccessControl> access_ = std::make_unique<AccessControl>();
   RpcMeters meters_;
+  TimerQueue timers_;
+  Forwarder forwarder_;
   std::unique_ptr<Site> site_;
   WorkerPools workers_{2};
   std::unique_ptr<GrpcServer> server_;
@@ -98,6 +122,7 @@ class TestServer {
   std::unique_ptr<v1::EditService::Stub> edit;
   std::unique_ptr<v1::WatchService::Stub> watch;
   std::unique_ptr<v1::ExplorationService::Stub> exploration;
+  std::unique_ptr<v1::IngestService::Stub> ingest;
   std::unique_ptr<v1::RobotService::Stub> robots;
 };
 

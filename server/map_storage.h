@@ -1,0 +1,37 @@
+// Opens the store of the server's maps.
+#ifndef HYPERMAP_SERVER_MAP_STORAGE_H_
+#define HYPERMAP_SERVER_MAP_STORAGE_H_
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "storage/map_store.h"
+
+namespace hypermap::server {
+
+struct StorageOptions {
+  // The folder of GeoPackages, and of the server's temporary files in any case.
+  std::string data_dir;
+  // A URI of libpq, "postgresql://…"; empty: the maps are GeoPackages.
+  std::string database;
+  // In a database: the name of this server among those that share it; empty: a random one.
+  std::string server_id;
+  // How long deleted GeoPackages are kept.
+  absl::Duration trash_age;
+  // Memory for what readers of past revisions keep of what they have read.
+  int64_t cache_bytes = 0;
+};
+
+// INVALID_ARGUMENT if the store can't be one of this program's.
+absl::Status CheckStore(const std::string& database);
+
+// Errors of OpenGeoPackageStore and OpenPostgresStore.
+absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const StorageOptions& options);
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_MAP_STORAGE_H_

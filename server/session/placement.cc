@@ -1,0 +1,94 @@
+#include "server/session/placement.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "absl/strings/string_view.h"
+
+namespace hypermap::server {
+namespace {
+
+// FNV-1a with the finalizer of MurmurHash3: it must be the same in all servers, of all versions.
+uint64_t ScoreOf(absl::string_view map, absl::string_view server) {
+  uint64_t hash = 0xcbf29ce484222325;
+  const auto add = [&hash](absl::string_view text) {
+    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
+  };
+  add(map);
+  add(absl::string_view("\0", 1));
+  add(server);
+  hash = (hash ^ (hash >> 33)) * 0xff51afd7ed558ccd;
+  hash = (hash ^ (hash >> 33)) * 0xc4ceb9fe1a85ec53;
+  return hash ^ (hash >> 33);
+}
+
+}  // namespace
+
+void Placement::Note(const storage::Survey& survey, absl::Duration now) {
+  const bool is_first = servers_.empty();
+  std::map<std::string, absl::Duration> servers;
+  addresses_.clear();
+  for (const storage::Survey::Server& server : survey.servers) {
+    const auto known = servers_.find(server.id);
+    // Those that were there before this server have settled.
+    const absl::Duration since = is_first ? now - kSettle : now;
+    servers.emplace(server.id, known == servers_.end() ? since : known->second);
+    addresses_.emplace(server.id, server.address);
+  }
+  servers_ = std::move(servers);
+  std::map<std::string, absl::Duration> unowned;
+  for (const storage::Survey::Map& map : survey.maps) {
+    if (!map.owner.empty()) continue;
+    const auto known = unowned_.find(map.name);
+    unowned.emplace(map.name, known == unowned_.end() ? now : known->second);
+  }
+  unowned_ = std::move(unowned);
+}
+
+std::string Placement::Home(const std::string& map, absl::Duration now) const {
+  std::string home = server_id_;
+  uint64_t best = 0;
+  for (const auto& [server, since] : servers_) {
+    if (now - since < kSettle) continue;
+    const uint64_t score = ScoreOf(map, server);
+    if (score <= best) continue;
+    best = score;
+    home = server;
+  }
+  return home;
+}
+
+bool Placement::ShouldOwn(const storage::Survey::Map& map, bool is_owner,
+                          absl::Duration now) const {
+  const bool is_at_home = Home(map.name, now) == server_id_;
+  // This server has it, or had it before it was started again.
+  if (map.owner == server_id_) return is_at_home || !is_owner;
+  if (!map.owner.empty()) return false;
+  return is_at_home || now - unowned_.at(map.name) >= kPatience;
+}
+
+std::vector<Placement::Task> Placement::Plan(const storage::Survey& survey,
+                                             absl::Span<const Listed> listed, absl::Duration now) {
+  Note(survey, now);
+  std::map<std::string, const Listed*> by_name;
+  for (const Listed& map : listed) by_name.emplace(map.name, &map);
+  std::vector<Task> tasks;
+  for (const storage::Survey::Map& map : survey.maps) {
+    const auto found = by_name.find(map.name);
+    const Listed* const here = found == by_name.end() ? nullptr : found->second;
+    if (here != nullptr) by_name.erase(found);
+    const bool is_open = here != nullptr && here->is_open && here->incarnation == map.incarnation;
+    const bool is_owner = is_open && !here->is_follower;
+    Task task{map.name, Action::kKeep, "", map.revision};
+    if (map.owner != server_id_ && !map.owner.empty()) task.owner_address = addresses_[map.owner];
+    const bool should_own = ShouldOwn(map, is_owner, now);
+    if (should_own && !is_owner) task.action = Action::kOwn;
+    if (!should_own && !(is_open && here->is_follower)) task.action = Action::kFollow;
+    tasks.push_back(std::move(task));
+  }
+  for (const auto& [name, map] : by_name) tasks.push_back({name, Action::kForget, "", 0});
+  return tasks;
+}
+
+}  // namespace hypermap::server

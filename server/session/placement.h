@@ -1,0 +1,72 @@
+// Which server owns which map, among servers that share a store.
+#ifndef HYPERMAP_SERVER_SESSION_PLACEMENT_H_
+#define HYPERMAP_SERVER_SESSION_PLACEMENT_H_
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/time/time.h"
+#include "absl/types/span.h"
+#include "map/snapshot.h"
+#include "storage/map_store.h"
+
+namespace hypermap::server {
+
+// Every server plans for itself, by the same survey and the same rule, and so they agree mostly:
+// each map belongs to the server with the greatest hash of map and server (rendezvous hashing;
+// Thaler and Ravishankar, 1998), so that few maps move when a server comes or goes. That two of
+// them don't agree does no harm, because the store gives a map to one of them only. Not thread
+// safe.
+class Placement {
+ public:
+  // A server that has just come gets no maps of others for so long, lest maps move to and fro while
+  // servers restart.
+  static constexpr absl::Duration kSettle = absl::Seconds(5);
+  // A map without an owner is left to the server that it belongs to for so long; then any takes it.
+  static constexpr absl::Duration kPatience = absl::Seconds(1);
+
+  explicit Placement(std::string server_id) : server_id_(std::move(server_id)) {}
+
+  // A map that this server lists.
+  struct Listed {
+    std::string name;
+    bool is_open = false;
+    bool is_follower = false;  // if it is open
+    uint64_t incarnation = 0;  // if it is open
+  };
+
+  enum class Action {
+    kOwn,     // open it for writing; it may be followed until then
+    kFollow,  // open it for reading; it may be owned until then
+    kForget,  // it is no longer in the store
+    kKeep,    // it is open as it should be
+  };
+  struct Task {
+    std::string map;
+    Action action = Action::kKeep;
+    std::string owner_address;  // of the owner; empty if there is none, or it is this server
+    Revision revision = 0;      // that the store has
+  };
+  // Returns what is to be done with each map of the survey and of the list, at the time `now` of
+  // any clock that never goes back.
+  std::vector<Task> Plan(const storage::Survey& survey, absl::Span<const Listed> listed,
+                         absl::Duration now);
+
+ private:
+  // Notes which servers and which maps without an owner there are, since when.
+  void Note(const storage::Survey& survey, absl::Duration now);
+  // The server that the map belongs to, of those that have settled; this one if there is none.
+  std::string Home(const std::string& map, absl::Duration now) const;
+  bool ShouldOwn(const storage::Survey::Map& map, bool is_owner, absl::Duration now) const;
+
+  const std::string server_id_;
+  std::map<std::string, absl::Duration> servers_;  // id -> since when it lives
+  std::map<std::string, std::string> addresses_;   // of these
+  std::map<std::string, absl::Duration> unowned_;  // map -> since when it has no owner
+};
+
+}  // namespace hypermap::server
+
+#endif  // HYPERMAP_SERVER_SESSION_PLACEMENT_H_

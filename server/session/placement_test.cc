@@ -1,0 +1,131 @@
+#include "server/session/placement.h"
+
+#include <map>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+
+namespace hypermap::server {
+namespace {
+
+using Action = Placement::Action;
+using storage::Survey;
+
+const absl::Duration kLater = Placement::kSettle + absl::Seconds(1);
+
+Survey SurveyOf(const std::vector<std::string>& servers, const std::vector<std::string>& maps,
+                const std::string& owner = "") {
+  Survey survey;
+  for (const std::string& server : servers) survey.servers.push_back({server, server + ":1"});
+  for (const std::string& map : maps) survey.maps.push_back({map, 7, 3, owner});
+  return survey;
+}
+
+std::vector<std::string> ManyMaps() {
+  std::vector<std::string> maps;
+  for (int i = 0; i < 1000; ++i) maps.push_back(absl::StrCat("map-", i));
+  return maps;
+}
+
+// The server that has settled longest takes what belongs to it; `servers` live from the beginning.
+std::map<std::string, std::string> HomesOf(const std::vector<std::string>& servers,
+                                           const std::vector<std::string>& maps) {
+  std::map<std::string, std::string> homes;
+  for (const std::string& server : servers) {
+    Placement placement(server);
+    for (const auto& task : placement.Plan(SurveyOf(servers, maps), {}, absl::ZeroDuration())) {
+      if (task.action != Action::kOwn) continue;
+      EXPECT_TRUE(homes.emplace(task.map, server).second) << task.map << " has two homes";
+    }
+  }
+  return homes;
+}
+
+TEST(PlacementTest, EachMapHasOneHomeAndTheyAreSpread) {
+  const std::map<std::string, std::string> homes = HomesOf({"a", "b", "c"}, ManyMaps());
+  EXPECT_EQ(homes.size(), 1000u);
+  std::map<std::string, int> maps_of;
+  for (const auto& [map, server] : homes) ++maps_of[server];
+  for (const auto& [server, count] : maps_of) {
+    EXPECT_GT(count, 250) << server;
+    EXPECT_LT(count, 420) << server;
+  }
+}
+
+TEST(PlacementTest, ServerThatComesTakesMapsOnlyForItself) {
+  const auto before = HomesOf({"a", "b"}, ManyMaps());
+  const auto after = HomesOf({"a", "b", "c"}, ManyMaps());
+  for (const auto& [map, server] : after) {
+    if (server != "c") EXPECT_EQ(server, before.at(map)) << map;
+  }
+}
+
+TEST(PlacementTest, MapWithAnOwnerIsFollowed) {
+  Placement placement("a");
+  const auto tasks = placement.Plan(SurveyOf({"a", "b"}, {"site"}, "b"), {}, absl::ZeroDuration());
+  ASSERT_EQ(tasks.size(), 1u);
+  EXPECT_EQ(tasks[0].action, Action::kFollow);
+  EXPECT_EQ(tasks[0].owner_address, "b:1");
+  const Placement::Listed followed{"site", true, true, 7};
+  EXPECT_EQ(placement.Plan(SurveyOf({"a", "b"}, {"site"}, "b"), {followed}, kLater)[0].action,
+            Action::kKeep);
+  // Another incarnation is loaded anew.
+  const Placement::Listed other{"site", true, true, 8};
+  EXPECT_EQ(placement.Plan(SurveyOf({"a", "b"}, {"site"}, "b"), {other}, kLater)[0].action,
+            Action::kFollow);
+}
+
+TEST(PlacementTest, MapWithoutAnOwnerIsTakenByAnyServerAfterAWhile) {
+  std::set<Action> at_first, later;
+  for (const char* const server : {"a", "b"}) {
+    Placement placement(server);
+    const Survey survey = SurveyOf({"a", "b"}, {"site"});
+    at_first.insert(placement.Plan(survey, {}, absl::ZeroDuration())[0].action);
+    later.insert(placement.Plan(survey, {}, Placement::kPatience)[0].action);
+  }
+  EXPECT_THAT(at_first, ::testing::ElementsAre(Action::kOwn, Action::kFollow));
+  EXPECT_THAT(later, ::testing::ElementsAre(Action::kOwn));
+}
+
+TEST(PlacementTest, MapsMoveToTheirHomeOnceItHasSettled) {
+  const std::vector<std::string> maps = ManyMaps();
+  Placement placement("a");
+  std::vector<Placement::Listed> owned;
+  for (const std::string& map : maps) owned.push_back({map, true, false, 7});
+  const auto count_moves = [&](const Survey& survey, absl::Duration now) {
+    int moves = 0;
+    for (const auto& task : placement.Plan(survey, owned, now)) {
+      if (task.action == Action::kFollow) ++moves;
+    }
+    return moves;
+  };
+  EXPECT_EQ(count_moves(SurveyOf({"a"}, maps, "a"), absl::ZeroDuration()), 0);
+  EXPECT_EQ(count_moves(SurveyOf({"a", "b"}, maps, "a"), absl::Seconds(1)), 0);
+  EXPECT_EQ(count_moves(SurveyOf({"a", "b"}, maps, "a"), absl::Seconds(3)), 0);
+  EXPECT_GT(count_moves(SurveyOf({"a", "b"}, maps, "a"), kLater + absl::Seconds(1)), 400);
+  // A server that was away has to settle again.
+  EXPECT_EQ(count_moves(SurveyOf({"a"}, maps, "a"), kLater + absl::Seconds(2)), 0);
+  EXPECT_EQ(count_moves(SurveyOf({"a", "b"}, maps, "a"), kLater + absl::Seconds(3)), 0);
+}
+
+TEST(PlacementTest, MapOfAnEarlierProcessOfThisServerIsTakenAtOnce) {
+  for (const char* const server : {"a", "b"}) {
+    Placement placement(server);
+    EXPECT_EQ(
+        placement.Plan(SurveyOf({"a", "b"}, {"site"}, server), {}, absl::ZeroDuration())[0].action,
+        Action::kOwn);
+  }
+}
+
+TEST(PlacementTest, MapThatIsGoneIsForgotten) {
+  Placement placement("a");
+  const auto tasks =
+      placement.Plan(SurveyOf({"a"}, {}), {{"site", true, true, 7}}, absl::ZeroDuration());
+  ASSERT_EQ(tasks.size(), 1u);
+  EXPECT_EQ(tasks[0].action, Action::kForget);
+}
+
+}  // namespace
+}  // namespace hypermap::server

@@ -1,0 +1,163 @@
+// The part of Site that shares its maps with other servers.
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/cleanup/cleanup.h"
+#include "base/cancellation/cancellation.h"
+#include "base/logging/log.h"
+#include "base/status/status_macros.h"
+#include "server/session/site.h"
+
+namespace hypermap::server {
+namespace {
+
+// Time between two looks at the store.
+constexpr absl::Duration kPause = absl::Seconds(1);
+
+const char* NameOf(Placement::Action action) {
+  switch (action) {
+    case Placement::Action::kOwn:
+      return "own";
+    case Placement::Action::kFollow:
+      return "follow";
+    case Placement::Action::kForget:
+      return "forget";
+    case Placement::Action::kKeep:
+      break;
+  }
+  return "keep";
+}
+
+}  // namespace
+
+absl::Status Site::StartPlacement() {
+  HYPERMAP_ASSIGN_OR_RETURN(read_index_, ReadIndex::Start(store_.get(), options_.executor));
+  Reconcile();
+  const auto step = [this]() -> std::optional<absl::Duration> {
+    {
+      const MutexLock lock(&mutex_);
+      if (is_closing_) return std::nullopt;
+    }
+    Reconcile();
+    return kPause;
+  };
+  {
+    const MutexLock lock(&mutex_);
+    HYPERMAP_ASSIGN_OR_RETURN(placing_, options_.executor->Start("hm-placement", step));
+  }
+  store_->ListenForChanges([this](const std::string& map) { HearOfChange(map); });
+  return absl::OkStatus();
+}
+
+void Site::EndPlacement() {
+  if (!placement_) return;
+  if (read_index_) read_index_->Close();
+  store_->ListenForChanges(nullptr);
+  std::unique_ptr<Executor::Running> placing;
+  {
+    const MutexLock lock(&mutex_);
+    is_closing_ = true;
+    placing = std::move(placing_);
+  }
+  if (!placing) return;
+  placing->Wake();
+  placing->Join();
+}
+
+void Site::AskNewest(const std::string& map, ReadIndex::Callback done) const {
+  if (read_index_) return read_index_->Ask(map, std::move(done));
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = Find(map);
+  if (!session.ok()) return std::move(done)(session.status());
+  std::move(done)(
+      storage::NewestRevision{(*session)->incarnation(), (*session)->snapshot()->revision});
+}
+
+void Site::HearOfChange(const std::string& map) {
+  std::shared_ptr<MapSession> session;
+  {
+    const MutexLock lock(&mutex_);
+    const auto entry = maps_.find(map);
+    if (entry != maps_.end()) session = entry->second.session;
+    // Also for a map that was made by another server.
+    if (entry == maps_.end() && placing_) placing_->Wake();
+  }
+  if (session && session->is_follower()) session->LookForRevisions();
+}
+
+std::vector<Placement::Listed> Site::ListForPlacement() const {
+  std::vector<Placement::Listed> listed;
+  const MutexLock lock(&mutex_);
+  for (const auto& [name, stored] : maps_) {
+    const Entry entry = WithProblem(stored);
+    const MapSession* const session = entry.session.get();
+    listed.push_back({name, session != nullptr, session != nullptr && session->is_follower(),
+                      session != nullptr ? session->incarnation() : 0});
+  }
+  return listed;
+}
+
+void Site::Reconcile() {
+  const ScopedCancellation to_the_end(nullptr);
+  // The list comes first: a map that is made meanwhile is in the survey at most.
+  const std::vector<Placement::Listed> listed = ListForPlacement();
+  const absl::StatusOr<storage::Survey> survey = store_->TakeSurvey();
+  // Without the store nothing can be said of the others. What is open stays open.
+  if (!survey.ok()) return;
+  for (const Placement::Task& task : placement_->Plan(*survey, listed, clock().SinceBoot())) {
+    CarryOut(task);
+  }
+}
+
+void Site::CarryOut(const Placement::Task& task) {
+  if (task.action == Placement::Action::kKeep) {
+    const absl::StatusOr<std::shared_ptr<MapSession>> session = Find(task.map);
+    if (!session.ok() || !(*session)->is_follower()) return;
+    (*session)->SetOwner(task.owner_address);
+    if ((*session)->snapshot()->revision < task.revision) (*session)->LookForRevisions();
+    return;
+  }
+  // Another call makes or deletes the map. The next plan sees what came of it.
+  if (!Reserve(task.map).ok()) return;
+  const absl::Cleanup release = [&] { Release(task.map); };
+  if (task.action == Placement::Action::kForget) return Forget(task.map);
+  Replace(task);
+}
+
+absl::StatusOr<std::unique_ptr<MapSession>> Site::OpenFor(const Placement::Task& task) {
+  if (task.action == Placement::Action::kOwn) {
+    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> stored, store_->Open(task.map));
+    return MapSession::Start(std::move(stored), options_);
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> stored, store_->Follow(task.map));
+  return MapSession::Follow(std::move(stored), task.owner_address, options_);
+}
+
+void Site::Replace(const Placement::Task& task) {
+  absl::StatusOr<std::unique_ptr<MapSession>> session = OpenFor(task);
+  if (absl::IsNotFound(session.status())) return;
+  std::shared_ptr<MapSession> before;
+  {
+    const MutexLock lock(&mutex_);
+    Entry& entry = maps_[task.map];
+    entry.name = task.map;
+    // What is shown stays, if nothing better can be.
+    if (!session.ok() && entry.session != nullptr && entry.session->problem().ok()) return;
+    before = std::move(entry.session);
+    entry = {task.map, nullptr, session.status()};
+    if (session.ok()) entry.session = *std::move(session);
+  }
+  logging::Log(logging::Level::kInfo, "map is placed",
+               {{"map", task.map}, {"action", NameOf(task.action)}, {"owner", task.owner_address}});
+  // Writes what waits, and gives the map back.
+  if (before) before->Close();
+}
+
+void Site::Forget(const std::string& map) {
+  const absl::StatusOr<bool> taken = TakeOut(map, /*incarnation=*/0, absl::OkStatus());
+  if (!taken.ok()) return;
+  const MutexLock lock(&mutex_);
+  --num_changing_;
+}
+
+}  // namespace hypermap::server
