@@ -13,6 +13,7 @@
 #include "map/frames/frame_tree.h"
 #include "map/objects/semantic_object.h"
 #include "map/query/answers.h"
+#include "map/server_list.h"
 #include "map/snapshot.h"
 #include "map/watch/map_change.h"
 
@@ -23,6 +24,7 @@ using hypermap::Finding;
 using hypermap::LayerEntry;
 using hypermap::MapEntry;
 using hypermap::RevisionRecord;
+using hypermap::ServerList;
 
 // Who the caller is to the server, and what it may do.
 struct CallerAnswer {

@@ -3,8 +3,6 @@
 #include <arpa/inet.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
-#include <grpcpp/security/tls_certificate_provider.h>
-#include <grpcpp/security/tls_credentials_options.h>
 #include <grpcpp/support/client_interceptor.h>
 #include <netinet/in.h>
 
@@ -12,19 +10,20 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/ascii.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "absl/time/clock.h"
 #include "base/sync/deadline.h"
+#include "base/tls/channel_credentials.h"
 #include "wire/status.h"
 
 namespace hypermap::client {
 namespace {
 
 using grpc::experimental::InterceptionHookPoints;
-
-constexpr unsigned int kReadAgainSeconds = 5;
 
 // Characters that RFC 6750 allows in a token and that a header can carry.
 bool IsTokenCharacter(char c) { return c > ' ' && c < '\x7f'; }
@@ -126,22 +125,25 @@ absl::Status Check(const std::string& target, const ClientOptions& options) {
   return absl::OkStatus();
 }
 
-// REQUIRES: CheckTls(tls) is OK, since gRPC aborts if a certificate has no key.
+// REQUIRES: CheckTls(tls) is OK.
 std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const TlsOptions& tls) {
-  const bool has_roots = !tls.root_certificates.empty();
-  const bool has_certificate = !tls.certificate_chain.empty();
-  grpc::experimental::TlsChannelCredentialsOptions options;
-  if (has_roots || has_certificate) {
-    options.set_certificate_provider(
-        std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
-            tls.private_key, tls.certificate_chain, tls.root_certificates, kReadAgainSeconds));
-  }
-  if (has_roots) options.watch_root_certs();
-  if (has_certificate) options.watch_identity_key_cert_pairs();
-  return grpc::experimental::TlsCredentials(options);
+  return hypermap::tls::MakeChannelCredentials(
+      {tls.root_certificates, tls.certificate_chain, tls.private_key});
 }
 
-grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
+// Lets calls fail soon if nothing comes back from the other machine, since another server may
+// answer them.
+void LeaveDeadMachines(grpc::ChannelArguments& arguments) {
+  // Longer than TCP waits to repeat a lost packet for the second time.
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 5'000);
+  // While there are calls, pings that the server takes every 5 s.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 10'000);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+}
+
+// `is_only`: the channel goes to the only server.
+grpc::ChannelArguments ArgumentsOf(const ClientOptions& options, bool is_only) {
   grpc::ChannelArguments arguments;
   // The server limits the size of answers, so the client does not.
   arguments.SetMaxReceiveMessageSize(-1);
@@ -154,11 +156,26 @@ grpc::ChannelArguments ArgumentsOf(const ClientOptions& options) {
   // and shorter than the default of 20 s, because TCP repeats what was lost after 1, 3, 7 and 15 s:
   // a robot that is back in range would wait.
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 10'000);
+  if (!is_only) LeaveDeadMachines(arguments);
   if (options.own_connection) arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   if (options.tls && !options.tls->server_name.empty()) {
     arguments.SetSslTargetNameOverride(options.tls->server_name);
   }
   return arguments;
+}
+
+// `problem` is the error with which each call fails.
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target, const ClientOptions& options,
+                                           const absl::Status& problem, bool is_only) {
+  TokenSource token = options.token;
+  if (!problem.ok()) token = [problem] { return absl::StatusOr<std::string>(problem); };
+  std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
+  if (token) interceptors.push_back(std::make_unique<BearerTokens>(std::move(token)));
+  return grpc::experimental::CreateCustomChannelWithInterceptors(
+      target,
+      options.tls && problem.ok() ? CredentialsOf(*options.tls)
+                                  : grpc::InsecureChannelCredentials(),
+      ArgumentsOf(options, is_only), std::move(interceptors));
 }
 
 }  // namespace
@@ -186,18 +203,21 @@ void Pause(grpc::Channel& channel, absl::Duration duration, absl::FunctionRef<bo
   }
 }
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target,
-                                           const ClientOptions& options) {
-  const absl::Status problem = Check(target, options);
-  TokenSource token = options.token;
-  if (!problem.ok()) token = [problem] { return absl::StatusOr<std::string>(problem); };
-  std::vector<std::unique_ptr<grpc::experimental::ClientInterceptorFactoryInterface>> interceptors;
-  if (token) interceptors.push_back(std::make_unique<BearerTokens>(std::move(token)));
-  return grpc::experimental::CreateCustomChannelWithInterceptors(
-      target,
-      options.tls && problem.ok() ? CredentialsOf(*options.tls)
-                                  : grpc::InsecureChannelCredentials(),
-      ArgumentsOf(options), std::move(interceptors));
+std::vector<std::shared_ptr<grpc::Channel>> MakeChannels(const std::string& targets,
+                                                         const ClientOptions& options) {
+  std::vector<std::string> each = absl::StrSplit(targets, ',', absl::SkipWhitespace());
+  if (each.empty()) each.emplace_back();
+  absl::Status problem;
+  for (std::string& target : each) {
+    absl::StripAsciiWhitespace(&target);
+    problem.Update(Check(target, options));
+  }
+  std::vector<std::shared_ptr<grpc::Channel>> channels;
+  channels.reserve(each.size());
+  for (const std::string& target : each) {
+    channels.push_back(MakeChannel(target, options, problem, /*is_only=*/each.size() == 1));
+  }
+  return channels;
 }
 
 }  // namespace hypermap::client

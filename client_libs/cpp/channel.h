@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "absl/time/time.h"
@@ -15,9 +16,11 @@
 
 namespace hypermap::client {
 
-// Makes a channel with the security that the options ask for. If they are not valid, each call
-// fails with UNAUTHENTICATED and the reason.
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& target, const ClientOptions& options);
+// Makes a channel for each of `targets`, which commas separate, with the security that the options
+// ask for. If they are not valid for one of them, each call fails with UNAUTHENTICATED and the
+// reason.
+std::vector<std::shared_ptr<grpc::Channel>> MakeChannels(const std::string& targets,
+                                                         const ClientOptions& options);
 
 // Returns the deadline as gRPC's functions take it.
 gpr_timespec GrpcTime(const Deadline& deadline);

@@ -12,6 +12,7 @@
 #include "wire/edit.h"
 #include "wire/geometry.h"
 #include "wire/layer.h"
+#include "wire/server_list.h"
 
 namespace hypermap::client {
 namespace {
@@ -37,15 +38,21 @@ std::string NewRequestId() {
                          absl::Uniform<uint64_t>(random));
 }
 
-Client::Client(const std::string& target, const ClientOptions& options)
-    : connection_(std::make_shared<Connection>(target, options)) {}
+Client::Client(const std::string& targets, const ClientOptions& options)
+    : connection_(std::make_shared<Connection>(targets, options)) {}
 
 absl::StatusOr<CallerAnswer> Client::GetCaller(const CallOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->access(), &v1::AccessService::Stub::GetCaller,
-                        v1::GetCallerRequest(), options));
+      connection_->Call(&v1::AccessService::Stub::GetCaller, v1::GetCallerRequest(), options));
   return CheckAnswer(DecodeCaller(response));
+}
+
+absl::StatusOr<ServerList> Client::ListServers(const CallOptions& options) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(&v1::ServerService::Stub::ListServers, v1::ListServersRequest(), options));
+  return wire::DecodeServerList(response);
 }
 
 absl::StatusOr<MapEntry> Client::CreateMap(const std::string& map, const std::string& frame_id,
@@ -56,8 +63,7 @@ absl::StatusOr<MapEntry> Client::CreateMap(const std::string& map, const std::st
   request.set_request_id(RequestIdOf(options));
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::CreateMap, request,
-                        options));
+      connection_->Call(&v1::CatalogService::Stub::CreateMap, request, options));
   return wire::DecodeMapEntry(response.map());
 }
 
@@ -65,16 +71,14 @@ absl::StatusOr<MapEntry> Client::GetMap(const std::string& map, const CallOption
   v1::GetMapRequest request;
   request.set_map(map);
   HYPERMAP_ASSIGN_OR_RETURN(const auto response,
-                            connection_->Call(connection_->catalog(),
-                                              &v1::CatalogService::Stub::GetMap, request, options));
+                            connection_->Call(&v1::CatalogService::Stub::GetMap, request, options));
   return wire::DecodeMapEntry(response.map());
 }
 
 absl::StatusOr<std::vector<MapEntry>> Client::ListMaps(const CallOptions& options) {
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::ListMaps,
-                        v1::ListMapsRequest(), options));
+      connection_->Call(&v1::CatalogService::Stub::ListMaps, v1::ListMapsRequest(), options));
   std::vector<MapEntry> maps;
   for (const v1::Map& map : response.maps()) maps.push_back(wire::DecodeMapEntry(map));
   return maps;
@@ -85,9 +89,7 @@ absl::Status Client::DeleteMap(const std::string& map, const CallOptions& option
   request.set_map(map);
   request.set_request_id(RequestIdOf(options));
   request.set_incarnation(options.incarnation);
-  return connection_
-      ->Call(connection_->catalog(), &v1::CatalogService::Stub::DeleteMap, request, options)
-      .status();
+  return connection_->Call(&v1::CatalogService::Stub::DeleteMap, request, options).status();
 }
 
 absl::StatusOr<Revision> Client::CreateLayer(const std::string& map, const LayerSpec& layer,
@@ -97,8 +99,7 @@ absl::StatusOr<Revision> Client::CreateLayer(const std::string& map, const Layer
   wire::EncodeLayerSpec(layer, request.mutable_layer());
   request.set_request_id(RequestIdOf(options));
   request.set_incarnation(options.incarnation);
-  return RevisionOf(connection_->Call(connection_->catalog(),
-                                      &v1::CatalogService::Stub::CreateLayer, request, options));
+  return RevisionOf(connection_->Call(&v1::CatalogService::Stub::CreateLayer, request, options));
 }
 
 absl::StatusOr<LayerEntry> Client::GetLayer(const std::string& map, const std::string& layer,
@@ -108,8 +109,7 @@ absl::StatusOr<LayerEntry> Client::GetLayer(const std::string& map, const std::s
   request.set_layer(layer);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::GetLayer, request,
-                        options));
+      connection_->Call(&v1::CatalogService::Stub::GetLayer, request, options));
   return CheckAnswer(DecodeLayerEntry(response.layer()));
 }
 
@@ -118,8 +118,7 @@ absl::StatusOr<LayerList> Client::ListLayers(const std::string& map, const CallO
   request.set_map(map);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::ListLayers, request,
-                        options));
+      connection_->Call(&v1::CatalogService::Stub::ListLayers, request, options));
   return CheckAnswer(DecodeLayerList(response));
 }
 
@@ -130,8 +129,7 @@ absl::StatusOr<Revision> Client::DeleteLayer(const std::string& map, const std::
   request.set_layer(layer);
   request.set_request_id(RequestIdOf(options));
   request.set_incarnation(options.incarnation);
-  return RevisionOf(connection_->Call(connection_->catalog(),
-                                      &v1::CatalogService::Stub::DeleteLayer, request, options));
+  return RevisionOf(connection_->Call(&v1::CatalogService::Stub::DeleteLayer, request, options));
 }
 
 absl::StatusOr<Revision> Client::SetTransform(const std::string& map,
@@ -142,8 +140,7 @@ absl::StatusOr<Revision> Client::SetTransform(const std::string& map,
   wire::EncodeTransform(transform, request.mutable_transform());
   request.set_request_id(RequestIdOf(options));
   request.set_incarnation(options.incarnation);
-  return RevisionOf(connection_->Call(connection_->catalog(),
-                                      &v1::CatalogService::Stub::SetTransform, request, options));
+  return RevisionOf(connection_->Call(&v1::CatalogService::Stub::SetTransform, request, options));
 }
 
 absl::StatusOr<TransformList> Client::ListTransforms(const std::string& map,
@@ -152,8 +149,7 @@ absl::StatusOr<TransformList> Client::ListTransforms(const std::string& map,
   request.set_map(map);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->catalog(), &v1::CatalogService::Stub::ListTransforms, request,
-                        options));
+      connection_->Call(&v1::CatalogService::Stub::ListTransforms, request, options));
   return CheckAnswer(DecodeTransformList(response));
 }
 
@@ -166,8 +162,7 @@ absl::StatusOr<EditAnswer> Client::ApplyEdits(const std::string& map, const Edit
   wire::EncodeLayerVersions(batch.if_layers, request.mutable_if_layers());
   for (const Edit& edit : batch.edits) wire::EncodeEdit(edit, request.add_edits());
   HYPERMAP_ASSIGN_OR_RETURN(
-      const auto response,
-      connection_->Call(connection_->edit(), &v1::EditService::Stub::ApplyEdits, request, options));
+      const auto response, connection_->Call(&v1::EditService::Stub::ApplyEdits, request, options));
   return EditAnswer{response.map(),
                     response.revision(),
                     {response.object_ids().begin(), response.object_ids().end()},

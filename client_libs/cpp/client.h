@@ -47,7 +47,7 @@ struct ClientOptions {
   // Retries of a mutation have the same request_id, so that it is carried out once. A call is not
   // retried once its answer has begun to arrive, and streams of observations and of points are
   // never retried. An attempt to connect that is under way goes on for up to 10 s. Zero: no
-  // retries.
+  // retries, but each of several servers is tried once.
   absl::Duration retry_for = absl::Seconds(30);
   // TLS options. Absent: the connection is not encrypted.
   std::optional<TlsOptions> tls = std::nullopt;
@@ -113,16 +113,22 @@ struct ExportOptions {
 
 class Connection;
 
-// Calls a server. Copies share one connection, which is made at the first call and again after it
-// broke. Thread safe.
+// Calls a server, or one of several that share their maps. Copies share one connection, which is
+// made at the first call and again after it broke. Thread safe.
 class Client {
  public:
-  // `target` is HOST:PORT. Proxy settings of the environment are ignored.
-  explicit Client(const std::string& target, const ClientOptions& options = {});
+  // `targets` is HOST:PORT, or several of them with commas between. The first is asked until it is
+  // UNAVAILABLE or can't be reached, then the next, and so on in a circle (docs/protocol.md,
+  // Several servers). Proxy settings of the environment are ignored.
+  explicit Client(const std::string& targets, const ClientOptions& options = {});
 
   // Who the caller is to the server, and what it may do. UNAUTHENTICATED if the server knows
   // identities and the caller is none of them.
   absl::StatusOr<CallerAnswer> GetCaller(const CallOptions& options = {});
+
+  // The servers that share the store, and who owns each map. UNIMPLEMENTED if the server has its
+  // maps for itself.
+  absl::StatusOr<ServerList> ListServers(const CallOptions& options = {});
 
   // Maps.
   absl::StatusOr<MapEntry> CreateMap(const std::string& map, const std::string& frame_id = "",

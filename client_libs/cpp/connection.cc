@@ -41,33 +41,27 @@ grpc::Status NamedStatus(const grpc::Status& status, const grpc::ClientContext& 
           status.error_details()};
 }
 
-Connection::Connection(const std::string& target, const ClientOptions& options)
-    : options_(options), channel_(MakeChannel(target, options)) {
-  access_ = v1::AccessService::NewStub(channel_);
-  catalog_ = v1::CatalogService::NewStub(channel_);
-  query_ = v1::QueryService::NewStub(channel_);
-  edit_ = v1::EditService::NewStub(channel_);
-  exploration_ = v1::ExplorationService::NewStub(channel_);
-  ingest_ = v1::IngestService::NewStub(channel_);
-  robots_ = v1::RobotService::NewStub(channel_);
-  watch_ = v1::WatchService::NewStub(channel_);
-}
+Connection::Connection(const std::string& targets, const ClientOptions& options)
+    : options_(options), servers_(std::make_shared<Servers>(targets, options)) {}
 
-bool Retries::ShallTryAgain(const grpc::Status& status) {
-  return status.error_code() == grpc::StatusCode::UNAVAILABLE && Wait(backoff_.Next());
-}
-
-bool Retries::ShallTryAgain(const grpc::Status& status, const grpc::ClientContext& context) {
-  if (status.error_code() != grpc::StatusCode::RESOURCE_EXHAUSTED) return ShallTryAgain(status);
+bool Retries::ShallTryAgain(const Server& server, const grpc::Status& status,
+                            const grpc::ClientContext& context) {
+  servers_->NoteEnd(server, status);
+  if (status.error_code() == grpc::StatusCode::UNAVAILABLE) {
+    if (num_untried_ == 0) return Wait(backoff_.Next(), until_);
+    --num_untried_;
+    return Wait(backoff_.Next(), deadline_);
+  }
+  if (status.error_code() != grpc::StatusCode::RESOURCE_EXHAUSTED) return false;
   const std::optional<absl::string_view> pushback = FindTrailing(context, kPushbackKey);
   int pause_ms = 0;
   if (!pushback || !absl::SimpleAtoi(*pushback, &pause_ms) || pause_ms < 0) return false;
-  return Wait(absl::Milliseconds(pause_ms));
+  return Wait(absl::Milliseconds(pause_ms), until_);
 }
 
-bool Retries::Wait(absl::Duration pause) {
-  if (pause >= until_.left()) return false;
-  Pause(*channel_, pause);
+bool Retries::Wait(absl::Duration pause, const Deadline& end) {
+  if (pause >= end.left()) return false;
+  Pause(servers_->current().channel(), pause);
   return true;
 }
 
@@ -76,7 +70,7 @@ Deadline Connection::DeadlineOf(const CallOptions& options) const {
 }
 
 Retries Connection::RetriesOf(const CallOptions& options, const Deadline& deadline) const {
-  return {channel_, options.retry_for.value_or(options_.retry_for), deadline};
+  return {servers_, options.retry_for.value_or(options_.retry_for), deadline};
 }
 
 std::unique_ptr<grpc::ClientContext> Connection::NewContext(const Deadline& deadline) {

@@ -39,8 +39,7 @@ absl::StatusOr<StartAnswer> Client::StartExploration(const std::string& map, con
                     &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::StartExploration,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::StartExploration, request, options));
   HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(response.exploration()));
   return StartAnswer{response.revision(), std::move(entry), response.incarnation()};
 }
@@ -55,8 +54,7 @@ absl::StatusOr<ExplorationAnswer> Client::GetExploration(const std::string& map,
   request.set_frame_id(frame_id);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::GetExploration,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::GetExploration, request, options));
   HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(response.exploration()));
   return ExplorationAnswer{response.revision(), response.frame_id(), std::move(entry),
                            wire::DecodeProgress(response.progress()), response.incarnation()};
@@ -70,8 +68,7 @@ absl::StatusOr<ExplorationList> Client::ListExplorations(const std::string& map,
   request.set_frame_id(frame_id);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ListExplorations,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::ListExplorations, request, options));
   ExplorationList list{response.revision(), response.frame_id(), {}, response.incarnation()};
   for (const v1::Exploration& message : response.explorations()) {
     HYPERMAP_ASSIGN_OR_RETURN(ExplorationEntry entry, DecodeEntry(message));
@@ -90,8 +87,7 @@ absl::StatusOr<FrontierList> Client::ListFrontiers(const std::string& map, Objec
   request.set_with_cells(with_cells);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ListFrontiers,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::ListFrontiers, request, options));
   FrontierList list{response.revision(),
                     response.frame_id(),
                     response.exploration_id(),
@@ -122,8 +118,7 @@ absl::StatusOr<ClaimAnswer> Client::ClaimGoal(const std::string& map, const std:
                     &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ClaimGoal,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::ClaimGoal, request, options));
   absl::StatusOr<ClaimResult> result = wire::DecodeClaimResult(response);
   if (!result.ok()) return BadAnswer(result.status());
   return ClaimAnswer{*std::move(result), response.revision(), response.incarnation()};
@@ -137,8 +132,7 @@ absl::StatusOr<LeasedGoal> Client::RenewGoal(const std::string& map, const std::
   wire::EncodeRenewal({robot, goal, lease, /*author=*/""}, &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::RenewGoal,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::RenewGoal, request, options));
   absl::StatusOr<LeasedGoal> renewed = wire::DecodeGoal("goal", response.goal());
   if (!renewed.ok()) return BadAnswer(renewed.status());
   return renewed;
@@ -152,8 +146,7 @@ absl::StatusOr<Revision> Client::ReleaseGoal(const std::string& map, const std::
   wire::EncodeRelease({robot, goal, outcome, /*author=*/""}, &request);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::ReleaseGoal,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::ReleaseGoal, request, options));
   return response.revision();
 }
 
@@ -165,8 +158,7 @@ absl::StatusOr<ExplorationEntry> Client::StopExploration(const std::string& map,
   request.set_exploration_id(exploration);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->exploration(), &v1::ExplorationService::Stub::StopExploration,
-                        request, options));
+      connection_->Call(&v1::ExplorationService::Stub::StopExploration, request, options));
   return DecodeEntry(response.exploration());
 }
 

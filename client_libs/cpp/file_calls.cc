@@ -5,7 +5,6 @@
 #include <string>
 #include <utility>
 
-#include "base/sync/deadline.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/grpc_part_stream.h"
@@ -34,24 +33,22 @@ bool SendFile(const NamedFile& file, grpc::ClientWriter<v1::ImportMapRequest>& w
 }
 
 // One attempt of an import.
-grpc::Status SendFiles(v1::CatalogService::Stub& catalog, const Deadline& deadline,
+grpc::Status SendFiles(v1::CatalogService::Stub& catalog, grpc::ClientContext& context,
                        const v1::ImportMapRequest& first, const std::vector<NamedFile>& files,
                        v1::ImportMapResponse* response) {
-  const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
   response->Clear();
   const std::unique_ptr<grpc::ClientWriter<v1::ImportMapRequest>> writer =
-      catalog.ImportMap(context.get(), response);
+      catalog.ImportMap(&context, response);
   bool sending = writer->Write(first);
   for (size_t i = 0; sending && i < files.size(); ++i) sending = SendFile(files[i], *writer);
   writer->WritesDone();
-  return NamedStatus(writer->Finish(), *context);
+  return writer->Finish();
 }
 
 // One attempt of an export.
-grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, const Deadline& deadline,
+grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, grpc::ClientContext& context,
                           const v1::ExportMapRequest& request, ExportAnswer& answer) {
-  const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
-  const auto reader = catalog.ExportMap(context.get(), request);
+  const auto reader = catalog.ExportMap(&context, request);
   answer = {};
   v1::ExportMapResponse message;
   while (reader->Read(&message)) {
@@ -69,19 +66,18 @@ grpc::Status ReceiveFiles(v1::CatalogService::Stub& catalog, const Deadline& dea
       answer.files.back().data += chunk.data();
     }
   }
-  return NamedStatus(reader->Finish(), *context);
+  return reader->Finish();
 }
 
 // One attempt of a restoration.
-grpc::Status SendBackup(v1::CatalogService::Stub& catalog, const Deadline& deadline,
+grpc::Status SendBackup(v1::CatalogService::Stub& catalog, grpc::ClientContext& context,
                         const v1::RestoreMapRequest& first, std::istream& backup,
                         v1::RestoreMapResponse* response) {
-  const std::unique_ptr<grpc::ClientContext> context = Connection::NewContext(deadline);
   response->Clear();
   backup.clear();
   backup.seekg(0);
   const std::unique_ptr<grpc::ClientWriter<v1::RestoreMapRequest>> writer =
-      catalog.RestoreMap(context.get(), response);
+      catalog.RestoreMap(&context, response);
   bool sending = writer->Write(first);
   while (sending && backup) {
     v1::RestoreMapRequest message;
@@ -91,9 +87,9 @@ grpc::Status SendBackup(v1::CatalogService::Stub& catalog, const Deadline& deadl
     data.resize(static_cast<size_t>(backup.gcount()));
     if (!data.empty()) sending = writer->Write(message);
   }
-  if (backup.bad()) context->TryCancel();
+  if (backup.bad()) context.TryCancel();
   writer->WritesDone();
-  return NamedStatus(writer->Finish(), *context);
+  return writer->Finish();
 }
 
 absl::StatusOr<std::string> TakeBytes(v1::BackupMapResponse&& message) {
@@ -116,14 +112,13 @@ absl::StatusOr<ImportAnswer> Client::ImportMap(const std::string& map, FileForma
   header.set_request_id(RequestIdOf(options));
   header.set_incarnation(options.incarnation);
 
-  const Deadline deadline = connection_->DeadlineOf(options);
-  Retries retries = connection_->RetriesOf(options, deadline);
   v1::ImportMapResponse response;
-  grpc::Status status = SendFiles(connection_->catalog(), deadline, first, files, &response);
-  while (retries.ShallTryAgain(status)) {
-    status = SendFiles(connection_->catalog(), deadline, first, files, &response);
-  }
-  if (!status.ok()) return wire::DecodeStatus(status);
+  const absl::Status status =
+      connection_->Retry(options, [&](Server& server, grpc::ClientContext& context) {
+        return SendFiles(server.stub<v1::CatalogService::Stub>(), context, first, files, &response);
+      });
+  if (!status.ok()) return status;
+  connection_->Note(map, response);
   return ImportAnswer{response.map(),
                       response.revision(),
                       {response.layers().begin(), response.layers().end()},
@@ -139,30 +134,27 @@ absl::StatusOr<ExportAnswer> Client::ExportMap(const std::string& map, FileForma
   request.set_format(wire::EncodeFileFormat(format));
   request.mutable_layers()->Assign(export_options.layers.begin(), export_options.layers.end());
   request.set_image_format(export_options.image == ImageFormat::kPng ? "png" : "pgm");
-  const Deadline deadline = connection_->DeadlineOf(options);
-  Retries retries = connection_->RetriesOf(options, deadline);
   ExportAnswer answer;
-  grpc::Status status = ReceiveFiles(connection_->catalog(), deadline, request, answer);
-  while (retries.ShallTryAgain(status)) {
-    status = ReceiveFiles(connection_->catalog(), deadline, request, answer);
-  }
-  if (!status.ok()) return wire::DecodeStatus(status);
+  const absl::Status status =
+      connection_->Retry(options, [&](Server& server, grpc::ClientContext& context) {
+        return ReceiveFiles(server.stub<v1::CatalogService::Stub>(), context, request, answer);
+      });
+  if (!status.ok()) return status;
   return answer;
 }
 
 ByteReader Client::BackupMap(const std::string& map, const CallOptions& options) {
   v1::BackupMapRequest request;
   request.set_map(map);
-  return ByteReader(MakeGrpcPartStream(connection_, connection_->catalog(),
-                                       &v1::CatalogService::Stub::BackupMap, std::move(request),
-                                       options, &TakeBytes));
+  return ByteReader(MakeGrpcPartStream(connection_, &v1::CatalogService::Stub::BackupMap,
+                                       std::move(request), options, &TakeBytes));
 }
 
 absl::StatusOr<CheckReport> Client::CheckMap(const std::string& map, const CallOptions& options) {
   v1::CheckMapRequest request;
   request.set_map(map);
-  const absl::StatusOr<v1::CheckMapResponse> response = connection_->Call(
-      connection_->catalog(), &v1::CatalogService::Stub::CheckMap, request, options);
+  const absl::StatusOr<v1::CheckMapResponse> response =
+      connection_->Call(&v1::CatalogService::Stub::CheckMap, request, options);
   if (!response.ok()) return response.status();
   return wire::DecodeCheckReport(*response);
 }
@@ -175,15 +167,13 @@ absl::StatusOr<MapEntry> Client::RestoreMap(const std::string& map, std::istream
   header.set_replace(replace);
   header.set_request_id(RequestIdOf(options));
   header.set_incarnation(options.incarnation);
-  const Deadline deadline = connection_->DeadlineOf(options);
-  Retries retries = connection_->RetriesOf(options, deadline);
   v1::RestoreMapResponse response;
-  grpc::Status status = SendBackup(connection_->catalog(), deadline, first, backup, &response);
-  while (retries.ShallTryAgain(status)) {
-    status = SendBackup(connection_->catalog(), deadline, first, backup, &response);
-  }
+  const absl::Status status = connection_->Retry(options, [&](Server& server,
+                                                              grpc::ClientContext& context) {
+    return SendBackup(server.stub<v1::CatalogService::Stub>(), context, first, backup, &response);
+  });
   if (backup.bad()) return absl::DataLossError("the backup can't be read");
-  if (!status.ok()) return wire::DecodeStatus(status);
+  if (!status.ok()) return status;
   return wire::DecodeMapEntry(response.map());
 }
 

@@ -7,6 +7,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -28,13 +29,15 @@ using OpenStream = std::unique_ptr<grpc::ClientReader<Message>> (Stub::*)(grpc::
 template <typename Message, typename Part>
 class GrpcPartStream : public PartStream<Part> {
  public:
-  using Open =
-      std::function<std::unique_ptr<grpc::ClientReader<Message>>(grpc::ClientContext* context)>;
+  using Open = std::function<std::unique_ptr<grpc::ClientReader<Message>>(
+      Server& server, grpc::ClientContext* context)>;
   using Decode = absl::StatusOr<Part> (*)(Message&& message);
 
-  GrpcPartStream(std::shared_ptr<Connection> connection, Open open, const CallOptions& options,
-                 Decode decode)
+  // `map` is the one that the request is about.
+  GrpcPartStream(std::shared_ptr<Connection> connection, std::string map, Open open,
+                 const CallOptions& options, Decode decode)
       : connection_(std::move(connection)),
+        map_(std::move(map)),
         open_(std::move(open)),
         deadline_(connection_->DeadlineOf(options)),
         retries_(connection_->RetriesOf(options, deadline_)),
@@ -51,13 +54,14 @@ class GrpcPartStream : public PartStream<Part> {
     Message message;
     while (!reader_->Read(&message)) {
       const grpc::Status status = reader_->Finish();
-      if (begun_ || !retries_.ShallTryAgain(status, *context_)) {
+      if (begun_ || !retries_.ShallTryAgain(*server_, status, *context_)) {
         Finish(status);
         return std::nullopt;
       }
       OpenCall();
     }
     begun_ = true;
+    connection_->Note(map_, message);
     absl::StatusOr<Part> part = decode_(std::move(message));
     if (!part.ok()) {
       Cancel();
@@ -72,11 +76,13 @@ class GrpcPartStream : public PartStream<Part> {
  private:
   void OpenCall() {
     reader_.reset();
+    server_ = &connection_->servers().current();
     context_ = Connection::NewContext(deadline_);
-    reader_ = open_(context_.get());
+    reader_ = open_(*server_, context_.get());
   }
 
   void Finish(const grpc::Status& status) {
+    connection_->servers().NoteEnd(*server_, status);
     status_ = wire::DecodeStatus(NamedStatus(status, *context_));
     finished_ = true;
   }
@@ -91,9 +97,11 @@ class GrpcPartStream : public PartStream<Part> {
   }
 
   std::shared_ptr<Connection> connection_;
+  const std::string map_;
   const Open open_;
   const Deadline deadline_;
   Retries retries_;
+  Server* server_ = nullptr;  // of the call
   std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<grpc::ClientReader<Message>> reader_;
   Decode decode_;
@@ -104,13 +112,14 @@ class GrpcPartStream : public PartStream<Part> {
 
 template <typename Stub, typename Request, typename Message, typename Part>
 std::unique_ptr<PartStream<Part>> MakeGrpcPartStream(
-    std::shared_ptr<Connection> connection, Stub& stub, OpenStream<Stub, Request, Message> open,
+    std::shared_ptr<Connection> connection, OpenStream<Stub, Request, Message> open,
     Request request, const CallOptions& options,
     absl::StatusOr<Part> (*decode)(Message&& message)) {
+  std::string map = MapOf(request);
   return std::make_unique<GrpcPartStream<Message, Part>>(
-      std::move(connection),
-      [&stub, open, request = std::move(request)](grpc::ClientContext* context) {
-        return (stub.*open)(context, request);
+      std::move(connection), std::move(map),
+      [open, request = std::move(request)](Server& server, grpc::ClientContext* context) {
+        return (server.stub<Stub>().*open)(context, request);
       },
       options, decode);
 }

@@ -1,9 +1,11 @@
 // Calls of Client about observations and fused layers.
 #include <deque>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
 #include "client_libs/cpp/observe_stream.h"
@@ -21,11 +23,11 @@ using ObserveRpc = grpc::ClientReaderWriter<v1::ObserveRequest, v1::ObserveRespo
 // The rpc and the acknowledgements that were read but not yet returned.
 class ObserveStream::Call {
  public:
-  Call(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
-       std::unique_ptr<ObserveRpc> stream)
+  Call(std::shared_ptr<Connection> connection, const Deadline& deadline)
       : connection_(std::move(connection)),
-        context_(std::move(context)),
-        stream_(std::move(stream)) {}
+        context_(Connection::NewContext(deadline)),
+        server_(connection_->servers().current()),
+        stream_(server_.stub<v1::IngestService::Stub>().Observe(context_.get())) {}
   ~Call() {
     if (finished_) return;
     context_->TryCancel();
@@ -45,6 +47,7 @@ class ObserveStream::Call {
     if (!response.has_opened()) {
       return BadAnswer(absl::InternalError("the first message does not open the stream"));
     }
+    map_ = opening.map();
     opened_ = wire::DecodeOpened(response.opened());
     Keep(std::move(response));
     return absl::OkStatus();
@@ -71,11 +74,19 @@ class ObserveStream::Call {
     }
     absl::StatusOr<Acknowledgement> next = wire::DecodeVerdict(read_.front());
     read_.pop_front();
-    if (next.ok()) return *std::move(next);
+    if (next.ok()) {
+      connection_->seen().Note(map_, {opened_.incarnation, next->revision});
+      return *std::move(next);
+    }
     context_->TryCancel();
     Finish();
     status_ = BadAnswer(next.status());
     return std::nullopt;
+  }
+
+  // After an error of Open: whether to open another call.
+  bool ShallTryAgain(Retries& retries) const {
+    return retries.ShallTryAgain(server_, end_, *context_);
   }
 
   void Cancel() { context_->TryCancel(); }
@@ -94,16 +105,21 @@ class ObserveStream::Call {
     v1::ObserveResponse ignored;
     while (stream_->Read(&ignored)) {
     }
-    status_ = wire::DecodeStatus(NamedStatus(stream_->Finish(), *context_));
+    end_ = stream_->Finish();
+    connection_->servers().NoteEnd(server_, end_);
+    status_ = wire::DecodeStatus(NamedStatus(end_, *context_));
     finished_ = true;
   }
 
   const std::shared_ptr<Connection> connection_;
   const std::unique_ptr<grpc::ClientContext> context_;
+  Server& server_;
   const std::unique_ptr<ObserveRpc> stream_;
+  std::string map_;
   OpenedLayer opened_;
   std::deque<v1::ObservationAcknowledgement> read_;
   bool finished_ = false;
+  grpc::Status end_;
   absl::Status status_;
 };
 
@@ -133,12 +149,15 @@ absl::StatusOr<std::unique_ptr<ObserveStream>> Client::Observe(
   opening.set_robot(observe_options.robot);
   CallOptions of_stream = options;
   of_stream.timeout = options.timeout.value_or(absl::InfiniteDuration());
-  auto context = Connection::NewContext(connection_->DeadlineOf(of_stream));
-  auto stream = connection_->ingest().Observe(context.get());
-  auto call =
-      std::make_unique<ObserveStream::Call>(connection_, std::move(context), std::move(stream));
-  HYPERMAP_RETURN_IF_ERROR(call->Open(opening));
-  return std::make_unique<ObserveStream>(std::move(call));
+  of_stream.retry_for = absl::ZeroDuration();
+  const Deadline deadline = connection_->DeadlineOf(of_stream);
+  Retries retries = connection_->RetriesOf(of_stream, deadline);
+  while (true) {
+    auto call = std::make_unique<ObserveStream::Call>(connection_, deadline);
+    const absl::Status status = call->Open(opening);
+    if (status.ok()) return std::make_unique<ObserveStream>(std::move(call));
+    if (!call->ShallTryAgain(retries)) return status;
+  }
 }
 
 absl::StatusOr<Revision> Client::RebuildLayer(const std::string& map, const std::string& layer,
@@ -154,8 +173,7 @@ absl::StatusOr<Revision> Client::RebuildLayer(const std::string& map, const std:
   request.set_incarnation(options.incarnation);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->ingest(), &v1::IngestService::Stub::RebuildLayer, request,
-                        options));
+      connection_->Call(&v1::IngestService::Stub::RebuildLayer, request, options));
   return response.revision();
 }
 
@@ -172,8 +190,7 @@ absl::StatusOr<Revision> Client::RetractSource(const std::string& map, const std
   request.set_incarnation(options.incarnation);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->ingest(), &v1::IngestService::Stub::RetractSource, request,
-                        options));
+      connection_->Call(&v1::IngestService::Stub::RetractSource, request, options));
   return response.revision();
 }
 
@@ -186,8 +203,7 @@ absl::StatusOr<ObjectHistory> Client::ExplainObject(const std::string& map,
   request.set_object_id(object_id);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->ingest(), &v1::IngestService::Stub::ExplainObject, request,
-                        options));
+      connection_->Call(&v1::IngestService::Stub::ExplainObject, request, options));
   absl::StatusOr<ObjectHistory> history = wire::DecodeObjectHistory(response);
   if (!history.ok()) return BadAnswer(history.status());
   return history;

@@ -1,10 +1,12 @@
 // QueryPoints of Client.
 #include <deque>
 #include <memory>
+#include <string>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
 #include "client_libs/cpp/client.h"
 #include "client_libs/cpp/connection.h"
@@ -37,11 +39,13 @@ LayerPoints WithLabels(wire::PointsAnswer decoded, const wire::HeardLabels& labe
 // The rpc and the list of labels that it has sent.
 class PointsStream::Call {
  public:
-  Call(std::shared_ptr<Connection> connection, std::unique_ptr<grpc::ClientContext> context,
+  Call(std::shared_ptr<Connection> connection, const Deadline& deadline,
        v1::QueryPointsOpening opening)
       : connection_(std::move(connection)),
-        context_(std::move(context)),
-        stream_(connection_->query().QueryPoints(context_.get())) {
+        context_(Connection::NewContext(deadline)),
+        map_(opening.scope().map()),
+        server_(connection_->servers().current()),
+        stream_(server_.stub<v1::QueryService::Stub>().QueryPoints(context_.get())) {
     *request_.mutable_opening() = std::move(opening);
   }
   ~Call() {
@@ -72,6 +76,7 @@ class PointsStream::Call {
       Finish();
       return std::nullopt;
     }
+    connection_->Note(map_, response_);
     absl::StatusOr<PointsAnswer> answer = Decode();
     if (answer.ok()) return *std::move(answer);
     context_->TryCancel();
@@ -115,12 +120,16 @@ class PointsStream::Call {
     v1::QueryPointsResponse ignored;
     while (stream_->Read(&ignored)) {
     }
-    status_ = wire::DecodeStatus(NamedStatus(stream_->Finish(), *context_));
+    const grpc::Status status = stream_->Finish();
+    connection_->servers().NoteEnd(server_, status);
+    status_ = wire::DecodeStatus(NamedStatus(status, *context_));
     finished_ = true;
   }
 
   const std::shared_ptr<Connection> connection_;
   const std::unique_ptr<grpc::ClientContext> context_;
+  const std::string map_;
+  Server& server_;
   const std::unique_ptr<PointsRpc> stream_;
 
   v1::QueryPointsRequest request_;  // used by the writer
@@ -157,14 +166,12 @@ std::unique_ptr<PointsStream> Client::QueryPoints(const std::string& map, const 
   v1::QueryPointsOpening opening;
   wire::EncodeScope(map, scope, opening.mutable_scope());
   opening.mutable_scope()->set_incarnation(options.incarnation);
-  if (options.as_of.is_past() || options.as_of.min_revision > 0) {
-    wire::EncodeAsOf(options.as_of, opening.mutable_as_of());
-  }
+  connection_->EncodeAsOf(map, options.as_of, &opening);
   opening.set_tolerance_m(options.tolerance_m);
   CallOptions of_stream = options;
   of_stream.timeout = options.timeout.value_or(absl::InfiniteDuration());
   return std::make_unique<PointsStream>(std::make_unique<PointsStream::Call>(
-      connection_, Connection::NewContext(connection_->DeadlineOf(of_stream)), std::move(opening)));
+      connection_, connection_->DeadlineOf(of_stream), std::move(opening)));
 }
 
 }  // namespace hypermap::client

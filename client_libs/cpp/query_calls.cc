@@ -14,14 +14,13 @@ namespace hypermap::client {
 namespace {
 
 template <typename Request>
-void EncodeQuestion(const std::string& map, const Scope& scope, const CallOptions& options,
-                    Request* request) {
-  wire::EncodeScope(map, scope, request->mutable_scope());
-  request->mutable_scope()->set_incarnation(options.incarnation);
-  const AsOf& as_of = options.as_of;
-  if (as_of.is_past() || as_of.min_revision > 0) {
-    wire::EncodeAsOf(as_of, request->mutable_as_of());
-  }
+Request MakeQuestion(const Connection& connection, const std::string& map, const Scope& scope,
+                     const CallOptions& options) {
+  Request request;
+  wire::EncodeScope(map, scope, request.mutable_scope());
+  request.mutable_scope()->set_incarnation(options.incarnation);
+  connection.EncodeAsOf(map, options.as_of, &request);
+  return request;
 }
 
 template <typename Message>
@@ -37,23 +36,20 @@ template <typename Request, typename Message>
 AnswerReader MakeAnswerReader(std::shared_ptr<Connection> connection,
                               OpenStream<v1::QueryService::Stub, Request, Message> open,
                               Request request, const CallOptions& options) {
-  v1::QueryService::Stub& stub = connection->query();
-  return AnswerReader(MakeGrpcPartStream(std::move(connection), stub, open, std::move(request),
-                                         options, &DecodeRevisedPart<Message>));
+  return AnswerReader(MakeGrpcPartStream(std::move(connection), open, std::move(request), options,
+                                         &DecodeRevisedPart<Message>));
 }
 
 }  // namespace
 
 absl::StatusOr<PointAnswer> Client::QueryPoint(const std::string& map, const Point& p,
                                                const Scope& scope, const CallOptions& options) {
-  v1::QueryPointRequest request;
-  EncodeQuestion(map, scope, options, &request);
+  auto request = MakeQuestion<v1::QueryPointRequest>(*connection_, map, scope, options);
   wire::EncodePoint(p, request.mutable_point());
   request.set_tolerance_m(options.tolerance_m);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryPoint, request,
-                        options));
+      connection_->Call(&v1::QueryService::Stub::QueryPoint, request, options));
   absl::StatusOr<PointAnswer> answer = wire::DecodePointAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;
@@ -61,8 +57,7 @@ absl::StatusOr<PointAnswer> Client::QueryPoint(const std::string& map, const Poi
 
 AnswerReader Client::QueryArea(const std::string& map, const Polygon& area, const Scope& scope,
                                const CallOptions& options) {
-  v1::QueryAreaRequest request;
-  EncodeQuestion(map, scope, options, &request);
+  auto request = MakeQuestion<v1::QueryAreaRequest>(*connection_, map, scope, options);
   wire::EncodePolygon(area, request.mutable_area());
   return MakeAnswerReader(connection_, &v1::QueryService::Stub::QueryArea, std::move(request),
                           options);
@@ -71,8 +66,7 @@ AnswerReader Client::QueryArea(const std::string& map, const Polygon& area, cons
 AnswerReader Client::QueryValue(const std::string& map, const std::string& value,
                                 const std::optional<Polygon>& area, const Scope& scope,
                                 const CallOptions& options) {
-  v1::QueryValueRequest request;
-  EncodeQuestion(map, scope, options, &request);
+  auto request = MakeQuestion<v1::QueryValueRequest>(*connection_, map, scope, options);
   request.set_value(value);
   if (area.has_value()) wire::EncodePolygon(*area, request.mutable_area());
   return MakeAnswerReader(connection_, &v1::QueryService::Stub::QueryValue, std::move(request),
@@ -82,15 +76,13 @@ AnswerReader Client::QueryValue(const std::string& map, const std::string& value
 absl::StatusOr<NearestAnswer> Client::QueryNearest(const std::string& map, const Point& p,
                                                    const std::string& value, int k,
                                                    const Scope& scope, const CallOptions& options) {
-  v1::QueryNearestRequest request;
-  EncodeQuestion(map, scope, options, &request);
+  auto request = MakeQuestion<v1::QueryNearestRequest>(*connection_, map, scope, options);
   wire::EncodePoint(p, request.mutable_point());
   request.set_value(value);
   request.set_k(k);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->query(), &v1::QueryService::Stub::QueryNearest, request,
-                        options));
+      connection_->Call(&v1::QueryService::Stub::QueryNearest, request, options));
   absl::StatusOr<NearestAnswer> answer = wire::DecodeNearestAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;

@@ -22,9 +22,8 @@ absl::StatusOr<ReportAnswer> Client::ReportRobot(const std::string& map, const R
   v1::ReportRequest request;
   request.set_map(map);
   wire::EncodeReport(report, request.mutable_report());
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const auto response,
-      connection_->Call(connection_->robots(), &v1::RobotService::Stub::Report, request, options));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto response,
+                            connection_->Call(&v1::RobotService::Stub::Report, request, options));
   absl::StatusOr<ReportAnswer> answer = wire::DecodeReportAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;
@@ -35,8 +34,7 @@ absl::StatusOr<RobotList> Client::ListRobots(const std::string& map, const CallO
   request.set_map(map);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->robots(), &v1::RobotService::Stub::ListRobots, request,
-                        options));
+      connection_->Call(&v1::RobotService::Stub::ListRobots, request, options));
   absl::StatusOr<RobotList> list = wire::DecodeRobotList(response);
   if (!list.ok()) return BadAnswer(list.status());
   return list;
@@ -47,9 +45,8 @@ RobotReader Client::WatchRobots(const std::string& map, const CallOptions& optio
   request.set_map(map);
   CallOptions stream_options = options;
   stream_options.timeout = options.timeout.value_or(absl::InfiniteDuration());
-  return RobotReader(MakeGrpcPartStream(connection_, connection_->robots(),
-                                        &v1::RobotService::Stub::WatchRobots, std::move(request),
-                                        stream_options, &DecodeChanges));
+  return RobotReader(MakeGrpcPartStream(connection_, &v1::RobotService::Stub::WatchRobots,
+                                        std::move(request), stream_options, &DecodeChanges));
 }
 
 }  // namespace hypermap::client

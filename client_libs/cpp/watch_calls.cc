@@ -113,9 +113,8 @@ ChangeReader Client::ListChanges(const std::string& map, Revision from, std::opt
   request.mutable_scope()->set_incarnation(options.incarnation);
   request.set_from_revision(from);
   if (to) request.set_to_revision(*to);
-  return ChangeReader(MakeGrpcPartStream(connection_, connection_->watch(),
-                                         &v1::WatchService::Stub::ListChanges, std::move(request),
-                                         options, &DecodeDifference));
+  return ChangeReader(MakeGrpcPartStream(connection_, &v1::WatchService::Stub::ListChanges,
+                                         std::move(request), options, &DecodeDifference));
 }
 
 absl::StatusOr<RevisionList> Client::ListRevisions(const std::string& map, const RevisionPage& page,
@@ -129,8 +128,7 @@ absl::StatusOr<RevisionList> Client::ListRevisions(const std::string& map, const
   request.set_incarnation(options.incarnation);
   HYPERMAP_ASSIGN_OR_RETURN(
       const auto response,
-      connection_->Call(connection_->watch(), &v1::WatchService::Stub::ListRevisions, request,
-                        options));
+      connection_->Call(&v1::WatchService::Stub::ListRevisions, request, options));
   return DecodeRevisionList(response);
 }
 

@@ -6,6 +6,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -115,10 +116,11 @@ class WatchStream final : public Watcher::Call {
 
  private:
   void Open() {
+    server_ = &connection_->servers().current();
     const MutexLock lock(&mutex_);
     context_ = Connection::NewContext(deadline_);
     if (cancelled_) context_->TryCancel();
-    reader_ = (connection_->watch().*method_)(context_.get(), request_);
+    reader_ = (server_->stub<v1::WatchService::Stub>().*method_)(context_.get(), request_);
   }
 
   // Reads the next message into `message`, which must be empty, taking coalesced messages apart.
@@ -182,6 +184,7 @@ class WatchStream final : public Watcher::Call {
   }
 
   WatchEvent Deliver(WatchEvent event) {
+    connection_->seen().Note(request_.scope().map(), {event.incarnation, event.revision});
     request_.set_start_revision(event.revision);
     request_.mutable_scope()->set_incarnation(event.incarnation);
     if (event.snapshot) event.reset |= std::exchange(starts_anew_, false);
@@ -200,16 +203,29 @@ class WatchStream final : public Watcher::Call {
       if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
       return Open();
     }
-    if (!MayGoOn(why)) return Finish(std::move(why));
-    const absl::Duration retry_for = begun_ ? options_.retry_for : connection_->options().retry_for;
+    // Too slow a reader is no fault of the server. All else that lets a watch go on elsewhere is.
+    const bool may_go_on = MayGoOn(why);
+    if (absl::IsUnavailable(why) || (may_go_on && !absl::IsResourceExhausted(why))) {
+      connection_->servers().Leave(*server_);
+    }
+    if (!may_go_on) return Finish(std::move(why));
     broken_since_ = std::min(broken_since_, SteadyTime::Now());
     const absl::Duration pause = backoff_.Next();
-    if (SteadyTime::Now() + pause >= broken_since_ + retry_for || pause >= deadline_.left()) {
+    if (SteadyTime::Now() + pause >= RetryUntil() || pause >= deadline_.left()) {
       return Finish(std::move(why));
     }
-    Pause(connection_->channel(), pause, [this] { return cancelled(); });
+    Pause(connection_->servers().current().channel(), pause, [this] { return cancelled(); });
     if (cancelled()) return Finish(absl::CancelledError("the watch was cancelled"));
     Open();
+  }
+
+  // The time before which the next call may be opened. Before the first message, each server is
+  // tried at least once.
+  SteadyTime RetryUntil() {
+    if (begun_) return broken_since_ + options_.retry_for;
+    if (num_untried_ == 0) return broken_since_ + connection_->options().retry_for;
+    --num_untried_;
+    return SteadyTime::InfiniteFuture();
   }
 
   // Returns whether the server can't continue from the revision that was asked for: its changes are
@@ -239,12 +255,14 @@ class WatchStream final : public Watcher::Call {
   const Options options_;
   WatchDecoder<Response> decoder_;
   const Deadline deadline_;
-  Request request_;  // for the next call
+  Request request_;           // for the next call
+  Server* server_ = nullptr;  // of the call
   std::unique_ptr<grpc::ClientReader<Response>> reader_;
   Response coalesced_;  // the last message with several, and the index of the next of them
   int next_coalesced_ = 0;
   Backoff backoff_;
   SteadyTime broken_since_ = SteadyTime::InfiniteFuture();
+  size_t num_untried_ = connection_->servers().size() - 1;
   bool begun_ = false;
   bool starts_anew_ = false;  // the next snapshot replaces everything reported before
   int num_resumed_ = 0;
