@@ -31,6 +31,8 @@ struct Session {
   // Exit codes of the program if the command succeeds, and if it fails.
   int exit_code = kExitOk;
   int failure_code = kExitError;
+  // Whether errors are those of a server.
+  bool uses_server = true;
 };
 
 using Command = std::function<absl::Status(Session&)>;
@@ -40,6 +42,9 @@ void AddCatalogCommands(CLI::App& app, Command& selected);
 
 // Adds import, edit, export, backup, restore.
 void AddTransferCommands(CLI::App& app, Command& selected);
+
+// Adds migrate.
+void AddMigrateCommand(CLI::App& app, Command& selected);
 
 // Adds check.
 void AddCheckCommand(CLI::App& app, Command& selected);
@@ -58,6 +63,9 @@ void AddExploreCommands(CLI::App& app, Command& selected);
 
 // Adds robots.
 void AddRobotsCommand(CLI::App& app, Command& selected);
+
+// Adds servers.
+void AddServersCommand(CLI::App& app, Command& selected);
 
 // Adds whoami.
 void AddWhoamiCommand(CLI::App& app, Command& selected);

@@ -109,6 +109,28 @@ std::string DescribeContent(const client::LayerPoints& layer, const CellValues& 
   return objects.empty() ? "nothing" : absl::StrJoin(objects, ", ");
 }
 
+std::string DescribeDigests(const storage::Migration& migration) {
+  if (migration.state == storage::Migration::State::kToCopy) return "";
+  if (migration.differing.empty()) return "equal";
+  return absl::StrCat("differ: ", absl::StrJoin(migration.differing, ", "));
+}
+
+std::string DescribeState(storage::Migration::State state) {
+  switch (state) {
+    case storage::Migration::State::kMoved:
+      return "copied";
+    case storage::Migration::State::kThereBefore:
+      return "was there";
+    case storage::Migration::State::kInUse:
+      return "unfinished: a server has the map open";
+    case storage::Migration::State::kDiffers:
+      return "not equal";
+    case storage::Migration::State::kToCopy:
+      return "not copied";
+  }
+  return "";
+}
+
 std::string DescribeChange(const client::MapChange& change) {
   if (change.object) {
     return absl::StrCat(DescribeObject(*change.object), " at ",

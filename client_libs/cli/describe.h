@@ -17,6 +17,7 @@
 #include "map/geometry/shape.h"
 #include "map/layers/layer_spec.h"
 #include "map/objects/semantic_object.h"
+#include "storage/transfer/migration.h"
 
 namespace hypermap::cli {
 
@@ -40,6 +41,11 @@ std::string DescribeObject(const SemanticObject& object);
 // described in order.
 std::string DescribeContent(const client::LayerPoints& layer, const CellValues& values,
                             size_t point, size_t* next_hit);
+// Whether the digests of a map and its copy are equal, or which parts are not; empty if there is no
+// copy.
+std::string DescribeDigests(const storage::Migration& migration);
+// How far the map is.
+std::string DescribeState(storage::Migration::State state);
 std::string DescribeChange(const client::MapChange& change);
 
 }  // namespace hypermap::cli

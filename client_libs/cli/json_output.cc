@@ -176,6 +176,23 @@ Json CheckedJson(const CheckedMap& map) {
   return json;
 }
 
+Json MigratedJson(const MigratedMap& map) {
+  const storage::Migration& migration = map.migration;
+  Json json = {{"map", migration.map}};
+  if (!map.problem.empty()) {
+    json["problem"] = map.problem;
+    return json;
+  }
+  json["state"] = Text(storage::MigrationStateName(migration.state));
+  json["revision"] = migration.source.newest;
+  json["revisions"] = migration.source.num_revisions;
+  json["objects"] = migration.source.num_objects;
+  json["observations"] = migration.source.num_observations;
+  json["digests"] = migration.source.parts;
+  json["differing"] = migration.differing;
+  return json;
+}
+
 std::string UtcText(absl::Time time) {
   return absl::FormatTime(absl::RFC3339_sec, time, absl::UTCTimeZone());
 }
@@ -256,6 +273,33 @@ class JsonOutput : public Output {
       SetExpiry(caller.expires, &json);
     }
     Print(json);
+  }
+
+  void Show(const client::ServerList& list) override {
+    Json servers = Json::array();
+    for (const client::ServerList::Server& server : list.servers) {
+      servers.push_back(
+          {{"id", server.id}, {"address", server.address}, {"maps", server.num_maps}});
+    }
+    Json maps = Json::array();
+    for (const client::ServerList::Map& map : list.maps) {
+      Json json = {{"name", map.name},
+                   {"owner", map.owner},
+                   {"stored_revision", map.stored_revision},
+                   {"incarnation", absl::StrCat(map.incarnation)}};
+      if (map.revision) {
+        json["revision"] = *map.revision;
+        json["lag"] = map.lag();
+      }
+      maps.push_back(std::move(json));
+    }
+    Print({{"answered_by", list.answered_by}, {"servers", servers}, {"maps", maps}});
+  }
+
+  void Show(const std::vector<MigratedMap>& maps) override {
+    Json list = Json::array();
+    for (const MigratedMap& map : maps) list.push_back(MigratedJson(map));
+    Print({{"migrated", std::move(list)}});
   }
 
   void Show(const std::vector<CheckedMap>& maps) override {

@@ -358,6 +358,18 @@ TEST(JsonOutputTest, ALogListsRevisions) {
             "\n");
 }
 
+TEST(JsonOutputTest, ServersHaveTheirMaps) {
+  EXPECT_EQ(
+      AsJson(client::ServerList{"b",
+                                {{"a", "10.0.0.1:50051", 1}},
+                                {{"attic", "", 3, std::nullopt, 7}, {"office", "a", 9, 7, 8}}}),
+      R"({"answered_by":"b","servers":[{"id":"a","address":"10.0.0.1:50051","maps":1}],)"
+      R"("maps":[{"name":"attic","owner":"","stored_revision":3,"incarnation":"7"},)"
+      R"({"name":"office","owner":"a","stored_revision":9,"incarnation":"8","revision":7,)"
+      R"("lag":2}]})"
+      "\n");
+}
+
 TEST(JsonOutputTest, ACallerHasItsRights) {
   EXPECT_EQ(
       AsJson(client::CallerAnswer{.has_identities = true,

@@ -16,6 +16,7 @@
 #include "client_libs/cpp/robots.h"
 #include "client_libs/cpp/watch.h"
 #include "map/evaluation/evaluate.h"
+#include "storage/transfer/migration.h"
 
 namespace hypermap::cli {
 
@@ -43,6 +44,12 @@ struct CheckedMap {
   // Rows that were fetched from another copy of the map, by layer.
   std::map<std::string, std::vector<std::string>> fetched = {};
   std::string copy;  // the path of the file as it was before a repair, or empty
+};
+
+// A map that was to be copied to another store.
+struct MigratedMap {
+  storage::Migration migration;
+  std::string problem;  // why it was not; or empty
 };
 
 // The comparison of a layer with the ground truth.
@@ -126,7 +133,9 @@ class Output {
   virtual void Show(const WrittenFiles& files) = 0;
   virtual void Show(const Done& done) = 0;
   virtual void Show(const client::CallerAnswer& caller) = 0;
+  virtual void Show(const client::ServerList& list) = 0;
   virtual void Show(const std::vector<CheckedMap>& maps) = 0;
+  virtual void Show(const std::vector<MigratedMap>& maps) = 0;
   // A table prints nothing but the token, so that a script can take it.
   virtual void Show(const CreatedToken& token) = 0;
   virtual void Show(const RevokedToken& token) = 0;

@@ -28,6 +28,7 @@ struct QueryOptions {
   bool reads_stdin = false;
   std::string at;
   Revision min_revision = 0;
+  bool is_linearizable = false;
   double tolerance_m = 0.0;
 };
 
@@ -35,6 +36,7 @@ client::CallOptions CallOptionsOf(const QueryOptions& options) {
   client::CallOptions call;
   if (const absl::StatusOr<AsOf> at = ParseAsOf(options.at); at.ok()) call.as_of = *at;
   call.as_of.min_revision = options.min_revision;
+  if (options.is_linearizable) call.as_of.consistency = Consistency::kLinearizable;
   call.tolerance_m = options.tolerance_m;
   return call;
 }
@@ -145,6 +147,9 @@ void AddScope(CLI::App& query, QueryOptions& options) {
                   "Wait until the map has reached this revision")
       ->type_name("REVISION")
       ->check(CLI::NonNegativeNumber);
+  query.add_flag("--linearizable", options.is_linearizable,
+                 "Show every change that any server had acknowledged before, if several servers "
+                 "share the maps");
 }
 
 void AddTolerance(CLI::App& query, QueryOptions& options) {

@@ -84,7 +84,7 @@ absl::Status Execute(const GlobalOptions& options, const Command& command, std::
   Session session{client, in, *output, err, timeout, make_client};
   const absl::Status status = command(session);
   *exit_code = status.ok() ? session.exit_code : session.failure_code;
-  if (absl::IsUnavailable(status)) {
+  if (absl::IsUnavailable(status) && session.uses_server) {
     return absl::UnavailableError(
         absl::StrCat("server ", options.connection.server, ": ", status.message()));
   }
@@ -110,11 +110,13 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddCatalogCommands(app, command);
   AddTransferCommands(app, command);
   AddCheckCommand(app, command);
+  AddMigrateCommand(app, command);
   AddQueryCommands(app, command);
   AddWatchCommands(app, command);
   AddIngestCommands(app, command);
   AddExploreCommands(app, command);
   AddRobotsCommand(app, command);
+  AddServersCommand(app, command);
   AddWhoamiCommand(app, command);
   AddTokenCommands(app, command);
   AddEvalCommand(app, command);

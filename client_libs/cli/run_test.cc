@@ -31,6 +31,7 @@ struct CommandLine {
 TEST(RunTest, CommandLinesBecomeRequests) {
   const std::string triangle = "area { outer { xs: -1 xs: 2 xs: 2 ys: -1 ys: -1 ys: 3 } }";
   const CommandLine lines[] = {
+      {{"servers"}, "ListServers"},
       {{"whoami"}, "GetCaller"},
       {{"maps"}, "ListMaps"},
       {{"map", "create", "office", "--frame", "site"},
@@ -87,6 +88,8 @@ TEST(RunTest, CommandLinesBecomeRequests) {
        R"(QueryArea scope { map: "office" } as_of { at_revision: 12 } )" + triangle},
       {{"query", "point", "office", "1", "2", "--at", "1970-01-01T01:00:01+01:00"},
        R"(QueryPoint scope { map: "office" } as_of { at_time { seconds: 1 } } point { x: 1 y: 2 })"},
+      {{"query", "value", "office", "chair", "--linearizable"},
+       R"(QueryValue scope { map: "office" } as_of { consistency: CONSISTENCY_LINEARIZABLE } value: "chair")"},
       {{"query", "value", "office", "chair", "--min_revision", "9"},
        R"(QueryValue scope { map: "office" } as_of { min_revision: 9 } value: "chair")"},
       {{"watch", "office"}, R"(Watch scope { map: "office" } coalesce: true)"},

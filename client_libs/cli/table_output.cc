@@ -140,6 +140,22 @@ class TableOutput : public Output {
     table.Print(out_);
   }
 
+  void Show(const client::ServerList& list) override {
+    TextTable servers({"SERVER", "ADDRESS", "MAPS"});
+    for (const client::ServerList::Server& server : list.servers) {
+      servers.AddRow({server.id, server.address, absl::StrCat(server.num_maps)});
+    }
+    servers.Print(out_);
+    out_ << '\n';
+    // How many revisions the server that answers is behind.
+    TextTable maps({"MAP", "OWNER", "REVISION", absl::StrCat("LAG OF ", list.answered_by)});
+    for (const client::ServerList::Map& map : list.maps) {
+      maps.AddRow({map.name, map.owner.empty() ? "-" : map.owner, absl::StrCat(map.stored_revision),
+                   map.revision ? absl::StrCat(map.lag()) : "-"});
+    }
+    maps.Print(out_);
+  }
+
   void Show(const std::vector<CheckedMap>& maps) override {
     TextTable table({"MAP", "TABLE", "ROW", "PROBLEM", "REPAIR"});
     for (const CheckedMap& map : maps) {
@@ -160,6 +176,26 @@ class TableOutput : public Output {
         out_ << ", " << map.num_repaired << " repaired (the file before: " << map.copy << ")";
       }
       out_ << ", revision " << map.report.revision << '\n';
+    }
+  }
+
+  void Show(const std::vector<MigratedMap>& maps) override {
+    TextTable table({"MAP", "REVISIONS", "OBJECTS", "OBSERVATIONS", "DIGESTS", "STATE"});
+    for (const MigratedMap& map : maps) {
+      const storage::Migration& migration = map.migration;
+      if (!map.problem.empty()) {
+        table.AddRow({migration.map, "", "", "", "", map.problem});
+        continue;
+      }
+      table.AddRow({migration.map, absl::StrCat(migration.source.num_revisions),
+                    absl::StrCat(migration.source.num_objects),
+                    absl::StrCat(migration.source.num_observations), DescribeDigests(migration),
+                    DescribeState(migration.state)});
+    }
+    if (table.empty()) {
+      out_ << "no maps\n";
+    } else {
+      table.Print(out_);
     }
   }
 

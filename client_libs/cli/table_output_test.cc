@@ -244,6 +244,22 @@ TEST(TableOutputTest, ACallerHasARow) {
             "the server knows no identities: everybody may do everything\n");
 }
 
+TEST(TableOutputTest, ServersAndTheirMapsHaveRows) {
+  EXPECT_EQ(
+      AsTable(client::ServerList{
+          "b",
+          {{"a", "10.0.0.1:50051", 1}, {"b", "10.0.0.2:50051", 0}},
+          {{"attic", "", 3, std::nullopt, 7}, {"office", "a", 9, 7, 8}, {"yard", "a", 5, 6, 9}}}),
+      "SERVER  ADDRESS         MAPS\n"
+      "a       10.0.0.1:50051     1\n"
+      "b       10.0.0.2:50051     0\n"
+      "\n"
+      "MAP     OWNER  REVISION  LAG OF b\n"
+      "attic   -             3  -\n"
+      "office  a             9  2\n"
+      "yard    a             5  0\n");
+}
+
 TEST(GridSummaryTest, NamesTheValuesOfTheKind) {
   GridSummary seen({"seen",
                     LayerKind::kExploration,
