@@ -7,7 +7,9 @@
 namespace hypermap::client {
 
 void AddConnectionFlags(CLI::App& app, ConnectionFlags& flags) {
-  app.add_option("--server", flags.server, "Address of the server")
+  app.add_option("--server", flags.server,
+                 "Address of the server, or with commas between of several that share their maps: "
+                 "the first is asked until it is unavailable, then the next")
       ->envname("HYPERMAP_SERVER")
       ->type_name("HOST:PORT")
       ->capture_default_str();

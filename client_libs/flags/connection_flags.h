@@ -1,4 +1,4 @@
-// Flags that name a server and the security of the connection to it.
+// Flags that name servers and the security of the connection to them.
 #ifndef HYPERMAP_CLIENT_LIBS_FLAGS_CONNECTION_FLAGS_H_
 #define HYPERMAP_CLIENT_LIBS_FLAGS_CONNECTION_FLAGS_H_
 
@@ -12,7 +12,7 @@ namespace hypermap::client {
 
 // The values of the flags.
 struct ConnectionFlags {
-  std::string server = "127.0.0.1:50051";  // HOST:PORT
+  std::string server = "127.0.0.1:50051";  // as Client takes it
   bool tls = false;
   TlsOptions tls_options;  // any of them implies tls
   std::string token_file;

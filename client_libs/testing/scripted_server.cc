@@ -10,6 +10,7 @@
 #include "hypermap/v1/exploration_service.grpc.pb.h"
 #include "hypermap/v1/query_service.grpc.pb.h"
 #include "hypermap/v1/robot_service.grpc.pb.h"
+#include "hypermap/v1/server_service.grpc.pb.h"
 #include "hypermap/v1/watch_service.grpc.pb.h"
 
 namespace hypermap::client {
@@ -406,6 +407,21 @@ class ScriptedServer::Robots : public v1::RobotService::Service {
   ScriptedServer& server_;
 };
 
+class ScriptedServer::Sharing : public v1::ServerService::Service {
+ public:
+  explicit Sharing(ScriptedServer& server) : server_(server) {}
+
+  grpc::Status ListServers(grpc::ServerContext*, const v1::ListServersRequest* request,
+                           v1::ListServersResponse* response) override {
+    if (server_.Note("ListServers", *request)) return kOutage;
+    *response = server_.script_.servers;
+    return server_.script_.status;
+  }
+
+ private:
+  ScriptedServer& server_;
+};
+
 ScriptedServer::ScriptedServer(Script script)
     : script_(std::move(script)),
       access_(std::make_unique<Access>(*this)),
@@ -414,7 +430,8 @@ ScriptedServer::ScriptedServer(Script script)
       edit_(std::make_unique<Edit>(*this)),
       watching_(std::make_unique<Watching>(*this)),
       exploring_(std::make_unique<Exploring>(*this)),
-      robots_(std::make_unique<Robots>(*this)) {
+      robots_(std::make_unique<Robots>(*this)),
+      sharing_(std::make_unique<Sharing>(*this)) {
   grpc::ServerBuilder builder;
   int port = 0;
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
@@ -425,6 +442,7 @@ ScriptedServer::ScriptedServer(Script script)
   builder.RegisterService(watching_.get());
   builder.RegisterService(exploring_.get());
   builder.RegisterService(robots_.get());
+  builder.RegisterService(sharing_.get());
   server_ = builder.BuildAndStart();
   address_ = absl::StrCat("127.0.0.1:", port);
 }

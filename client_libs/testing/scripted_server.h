@@ -17,6 +17,7 @@
 #include "hypermap/v1/exploration_service.pb.h"
 #include "hypermap/v1/query_service.pb.h"
 #include "hypermap/v1/robot_service.pb.h"
+#include "hypermap/v1/server_service.pb.h"
 #include "hypermap/v1/watch_service.pb.h"
 
 namespace hypermap::client {
@@ -42,6 +43,7 @@ struct Script {
   int outage = 0;
 
   v1::GetCallerResponse caller;
+  v1::ListServersResponse servers;
   v1::ListMapsResponse maps;
   v1::ListLayersResponse layers;
   v1::ListTransformsResponse transforms;
@@ -102,6 +104,7 @@ class ScriptedServer {
   class Watching;
   class Exploring;
   class Robots;
+  class Sharing;
 
   // Records a request. Returns whether the call is part of the outage.
   template <typename Request>
@@ -124,6 +127,7 @@ class ScriptedServer {
   std::unique_ptr<Watching> watching_;
   std::unique_ptr<Exploring> exploring_;
   std::unique_ptr<Robots> robots_;
+  std::unique_ptr<Sharing> sharing_;
   std::unique_ptr<grpc::Server> server_;
   std::string address_;
 };

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import os
 import pathlib
+import random
 import re
 import selectors
+import socket
 import subprocess
 import tempfile
 import time
@@ -17,6 +19,18 @@ OFFICE = ROOT / "demo" / "office"
 DEADLINE_S = 300.0
 
 READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:\d+)\n", re.MULTILINE)
+
+
+def lasting_port() -> int:
+    """A port that is free, and that the kernel gives to nobody who asks for any port."""
+    while True:
+        port = random.randrange(10_000, 32_768)
+        with socket.socket() as probe:
+            try:
+                probe.bind(("127.0.0.1", port))
+                return port
+            except OSError:
+                continue
 
 
 class Server:

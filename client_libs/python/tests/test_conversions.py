@@ -15,6 +15,7 @@ from scripted_server import scripted_server
 
 from hypermap_client import (
     Client,
+    Consistency,
     CreateLayer,
     DeleteLayer,
     GridGeometry,
@@ -148,6 +149,8 @@ def test_revisions_and_times_to_query() -> None:
     revision = make_as_of(0, 5)
     assert revision.WhichOneof("as_of") == "at_revision"
     assert (revision.at_revision, revision.min_revision) == (0, 5)
+    assert newest.consistency == revision.consistency == 0
+    assert make_as_of(None, 0, Consistency.LINEARIZABLE).consistency == Consistency.LINEARIZABLE
     noon = datetime(2024, 5, 1, 14, 0, 0, 250_000, tzinfo=timezone(timedelta(hours=2)))
     assert make_as_of(noon, 0).at_time.ToJsonString() == "2024-05-01T12:00:00.250Z"
     with pytest.raises(ValueError, match="time zone"):
@@ -174,7 +177,7 @@ def test_requests_have_their_scope() -> None:
         _rpc.WATCH: answer([watch.WatchResponse(revision=4)]),
     }
     scope = {"layers": "floor", "frame_id": "dock"}
-    past = {"as_of": 3, "min_revision": 2}
+    past = {"as_of": 3, "min_revision": 2, "consistency": Consistency.LINEARIZABLE}
     with scripted_server(answers) as address, Client(address) as client:
         client.query_point("office", (1, 2), tolerance_m=0.25, **scope, **past)
         assert client.query_area("office", ROOM, **scope, **past)["floor"].layer == "floor"
@@ -187,7 +190,7 @@ def test_requests_have_their_scope() -> None:
     for name, request in requests.items():
         assert request.scope == make_scope("office", "floor", "dock"), name
         if name.startswith("Query"):
-            assert request.as_of == make_as_of(3, 2), name
+            assert request.as_of == make_as_of(3, 2, Consistency.LINEARIZABLE), name
     assert requests["QueryPointRequest"].tolerance_m == 0.25
     assert requests["WatchRequest"].start_revision == 1
     assert not requests["ListChangesRequest"].HasField("to_revision")

@@ -53,7 +53,7 @@ func main() {
 func parseFlags(args []string) (config, error) {
 	cfg := config{limits: defaultLimits()}
 	flags := flag.NewFlagSet("hypermap-gateway", flag.ContinueOnError)
-	flags.StringVar(&cfg.upstream.address, "server", "127.0.0.1:50051", "address of the server, `HOST:PORT`")
+	flags.StringVar(&cfg.upstream.address, "server", "127.0.0.1:50051", "address of the server, `HOST:PORT`, or several with commas between: the first is asked until it is unavailable, then the next")
 	flags.BoolVar(&cfg.upstream.tls, "server_tls", false, "connect to the server by TLS; its certificate must be trusted by this system")
 	flags.StringVar(&cfg.upstream.caFile, "server_ca", "", "connect to the server by TLS; its certificate must be signed by one in this `FILE` (PEM)")
 	flags.StringVar(&cfg.upstream.certFile, "server_cert", "", "client certificate for the server, a `FILE` (PEM)")

@@ -11,6 +11,7 @@ import (
 )
 
 type upstreamConfig struct {
+	// HOST:PORT of the server, or of several that share their maps, with commas between.
 	address string
 	tls     bool
 	// PEM file with the certificates that the server's one must be signed by. Implies tls.
@@ -20,7 +21,8 @@ type upstreamConfig struct {
 	keyFile  string
 }
 
-// upstream is the connection to the server. It uses HTTP/2 only, so that all calls share one connection.
+// upstream is the connection to the server, or to one of several. It uses HTTP/2 only, so that all calls share one
+// connection.
 type upstream struct {
 	client *http.Client
 	url    string
@@ -28,8 +30,9 @@ type upstream struct {
 
 // newUpstream returns the connection to the server. Calls with a forwarding are cancelled at the pace.
 func newUpstream(cfg upstreamConfig, resets *resetPacer) (*upstream, error) {
-	if _, _, err := net.SplitHostPort(cfg.address); err != nil {
-		return nil, fmt.Errorf("--server: %w", err)
+	hosts, err := parseServers(cfg.address)
+	if err != nil {
+		return nil, err
 	}
 	dialer := &net.Dialer{
 		Timeout: 5 * time.Second,
@@ -44,17 +47,22 @@ func newUpstream(cfg upstreamConfig, resets *resetPacer) (*upstream, error) {
 		DisableCompression: true,
 		HTTP2:              &http.HTTP2Config{MaxReceiveBufferPerStream: streamBufferBytes},
 	}
-	client := &http.Client{Transport: &pacedTransport{http2, resets, defaultLimits().patience}}
+	var transport http.RoundTripper = http2
+	if len(hosts) > 1 {
+		// A machine that does not answer pings is left; hypermapd takes one every 5 s.
+		http2.HTTP2.SendPingTimeout, http2.HTTP2.PingTimeout = 10*time.Second, 10*time.Second
+		transport = &servers{RoundTripper: http2, hosts: hosts}
+	}
+	client := &http.Client{Transport: &pacedTransport{transport, resets, defaultLimits().patience}}
 	if !cfg.tls && cfg.caFile == "" && cfg.certFile == "" {
 		http2.Protocols.SetUnencryptedHTTP2(true)
-		return &upstream{client: client, url: "http://" + cfg.address}, nil
+		return &upstream{client: client, url: "http://" + hosts[0]}, nil
 	}
 	http2.Protocols.SetHTTP2(true)
-	var err error
 	if http2.TLSClientConfig, err = cfg.clientTLS(); err != nil {
 		return nil, err
 	}
-	return &upstream{client: client, url: "https://" + cfg.address}, nil
+	return &upstream{client: client, url: "https://" + hosts[0]}, nil
 }
 
 func (cfg upstreamConfig) clientTLS() (*tls.Config, error) {

@@ -26,6 +26,7 @@ from .access import Caller, Role
 from .answers import (
     Answer,
     AnswerStatus,
+    Consistency,
     LayerAnswer,
     LayerContent,
     LayerRefusal,
@@ -100,6 +101,7 @@ from .observations import (
     SensorPose,
 )
 from .robots import ReportAnswer, Robot, RobotChanges, RobotList
+from .servers import ServerList, SharedMap, SharingServer
 
 __version__ = importlib.metadata.version("hypermap-client")
 
@@ -124,6 +126,7 @@ __all__ = [
     "CheckReport",
     "Claim",
     "Client",
+    "Consistency",
     "CreateLayer",
     "DataLoss",
     "DeadlineExceeded",
@@ -194,9 +197,12 @@ __all__ = [
     "RobotList",
     "Role",
     "SensorPose",
+    "ServerList",
     "SetAliases",
     "SetTransform",
     "ShapeKind",
+    "SharedMap",
+    "SharingServer",
     "Tls",
     "Transform",
     "TransformList",

@@ -8,7 +8,9 @@ from datetime import datetime
 from typing import TypeAlias
 
 from ._proto import scope_pb2 as pb
+from ._wire.enums import encode_enum
 from ._wire.time import encode_time
+from .answers import Consistency
 
 # The name of one layer, or names of several. No names select all layers.
 Layers: TypeAlias = str | Iterable[str]
@@ -40,14 +42,19 @@ def make_scope(map_name: str, layers: Layers, frame_id: str, incarnation: int = 
     )
 
 
-def make_as_of(as_of: AsOf, min_revision: int) -> pb.AsOf:
+def make_as_of(
+    as_of: AsOf, min_revision: int, consistency: Consistency = Consistency.LOCAL
+) -> pb.AsOf:
     """The message for the revision or time at which a query reads.
 
     min_revision: the revision for which the answer waits; 0 for no wait.
+    consistency: the other revisions for which it waits.
 
     Raises ValueError for a time without a time zone.
     """
     message = pb.AsOf(min_revision=min_revision)
+    if consistency == Consistency.LINEARIZABLE:
+        message.consistency = pb.CONSISTENCY_LINEARIZABLE
     if isinstance(as_of, datetime):
         encode_time(as_of, message.at_time)
     elif as_of is not None:

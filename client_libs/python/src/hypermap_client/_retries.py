@@ -39,14 +39,16 @@ class Retries:
     """Decides whether and when a call is retried.
 
     A call is retried while the server is Unavailable or asks for a later try (ResourceExhausted
-    with `retry_after_s`), for `retry_for` seconds from now. `timeout` is the time in seconds that
-    all tries may take together, math.inf for no limit.
+    with `retry_after_s`), for `retry_for` seconds from now, and until `num_others` further servers
+    have been tried. `timeout` is the time in seconds that all tries may take together, math.inf for
+    no limit.
     """
 
-    def __init__(self, retry_for: float, timeout: float) -> None:
+    def __init__(self, retry_for: float, timeout: float, num_others: int = 0) -> None:
         now = time.monotonic()
         self._deadline = now + timeout
         self._until = min(now + retry_for, self._deadline)
+        self._num_untried = num_others
         self._backoff = Backoff()
 
     def timeout(self) -> float | None:
@@ -58,12 +60,16 @@ class Retries:
 
         Raises `error` if a retry would not help, or if the time for retries would be over.
         """
+        until = self._until
         if isinstance(error, ResourceExhausted) and error.retry_after_s is not None:
             pause_s = error.retry_after_s
         elif isinstance(error, Unavailable):
             pause_s = self._backoff.next()
+            if self._num_untried > 0:
+                self._num_untried -= 1
+                until = self._deadline
         else:
             raise error
-        if time.monotonic() + pause_s >= self._until:
+        if time.monotonic() + pause_s >= until:
             raise error
         return pause_s

@@ -15,6 +15,7 @@ from ._proto import frame_service_pb2 as frame
 from ._proto import ingest_service_pb2 as ingest
 from ._proto import query_service_pb2 as query
 from ._proto import robot_service_pb2 as robots
+from ._proto import server_service_pb2 as servers
 from ._proto import watch_service_pb2 as watch
 
 RequestT = TypeVar("RequestT", bound=Message)
@@ -69,6 +70,8 @@ APPLY_EDITS = _rpc("EditService", edit.ApplyEditsRequest, edit.ApplyEditsRespons
 REPORT = _rpc("RobotService", robots.ReportRequest, robots.ReportResponse)
 LIST_ROBOTS = _rpc("RobotService", robots.ListRobotsRequest, robots.ListRobotsResponse)
 WATCH_ROBOTS = _rpc("RobotService", robots.WatchRobotsRequest, robots.WatchRobotsResponse)
+
+LIST_SERVERS = _rpc("ServerService", servers.ListServersRequest, servers.ListServersResponse)
 
 WATCH = _rpc("WatchService", watch.WatchRequest, watch.WatchResponse)
 LIST_CHANGES = _rpc("WatchService", watch.ListChangesRequest, watch.ListChangesResponse)

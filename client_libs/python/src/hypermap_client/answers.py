@@ -22,6 +22,15 @@ if TYPE_CHECKING:
 _Named = TypeVar("_Named", "LayerContent", "PointsContent", "LayerAnswer")
 
 
+class Consistency(IntEnum):
+    """Which revisions an answer shows at least, if several servers share the maps."""
+
+    LOCAL = 1
+    """Those that the server has got so far."""
+    LINEARIZABLE = 2
+    """Every revision that any server had acknowledged to any client before the call."""
+
+
 class AnswerStatus(IntEnum):
     """Tells whether a layer can answer a query. It does not affect the answers of other layers."""
 

@@ -7,8 +7,10 @@ import { ExplorationService } from './gen/hypermap/v1/exploration_service_pb.js'
 import { IngestService } from './gen/hypermap/v1/ingest_service_pb.js';
 import { QueryService } from './gen/hypermap/v1/query_service_pb.js';
 import { RobotService } from './gen/hypermap/v1/robot_service_pb.js';
+import { ServerService } from './gen/hypermap/v1/server_service_pb.js';
 import { WatchService } from './gen/hypermap/v1/watch_service_pb.js';
 import { guard, type GuardOptions } from './guard.js';
+import { monotonic } from './seen.js';
 
 /** The services of a Hypermap server. Each has the methods of its .proto file. */
 export interface HypermapClient {
@@ -23,6 +25,8 @@ export interface HypermapClient {
   readonly exploration: Client<typeof ExplorationService>;
   /** The function `watchRobots` wraps this service and reconnects. */
   readonly robots: Client<typeof RobotService>;
+  /** Tells which servers share a database, and who owns each map. */
+  readonly servers: Client<typeof ServerService>;
 }
 
 export type HypermapClientOptions = GuardOptions;
@@ -40,7 +44,7 @@ export function createHypermapClient(
   to: Transport | string | URL,
   options: HypermapClientOptions = {},
 ): HypermapClient {
-  const transport = guard(isTransport(to) ? to : webTransport(to), options);
+  const transport = guard(monotonic(isTransport(to) ? to : webTransport(to)), options);
   return {
     access: createClient(AccessService, transport),
     catalog: createClient(CatalogService, transport),
@@ -50,6 +54,7 @@ export function createHypermapClient(
     ingest: createClient(IngestService, transport),
     exploration: createClient(ExplorationService, transport),
     robots: createClient(RobotService, transport),
+    servers: createClient(ServerService, transport),
   };
 }
 

@@ -103,6 +103,15 @@ test('gives up after the given number of retries, or when the call is aborted', 
   expect(ids.length).toBeLessThanOrEqual(3);
 });
 
+test('gives up when the time for retries is over', async () => {
+  const { transport, ids } = failing(99, Code.Unavailable);
+  await expect(
+    createHypermapClient(transport, { retryForMs: 200 }).edit.applyEdits({}),
+  ).rejects.toMatchObject({ code: Code.Unavailable });
+  expect(ids.length).toBeGreaterThan(1);
+  expect(ids.length).toBeLessThan(9);
+});
+
 test('each call is sent with the current token', async () => {
   const { transport, tokens } = failing(0, Code.Unavailable);
   let token: string | undefined = 'first';

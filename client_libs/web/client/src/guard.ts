@@ -6,12 +6,20 @@ import { retrying } from './retry.js';
 export interface GuardOptions {
   /** The bearer token of each call. A function is called before each call. */
   token?: string | (() => string | undefined);
-  /** The maximum number of retries of a call while the server is unreachable or full. Default 3. */
+  /** The maximum number of retries of a call. Default: no limit but `retryForMs`. */
   retries?: number;
+  /**
+   * The time for which a call is retried while the server is unreachable or full, milliseconds.
+   * Default 30000, in which another server takes over the maps of one that has died.
+   */
+  retryForMs?: number;
 }
 
 /** Wraps a transport so that calls get tokens, request ids and retries. */
-export function guard(transport: Transport, { token, retries = 3 }: GuardOptions): Transport {
+export function guard(
+  transport: Transport,
+  { token, retries = Infinity, retryForMs = 30_000 }: GuardOptions,
+): Transport {
   const withToken = (given: HeadersInit | undefined): Headers => {
     const header = new Headers(given);
     const now = typeof token === 'function' ? token() : token;
@@ -23,7 +31,7 @@ export function guard(transport: Transport, { token, retries = 3 }: GuardOptions
       const message = withRequestId(method.input, input);
       const send = () =>
         transport.unary(method, signal, timeoutMs, withToken(header), message, contextValues);
-      return isIdempotent(method) ? retrying(send, { retries, signal }) : send();
+      return isIdempotent(method) ? retrying(send, { retries, retryForMs, signal }) : send();
     },
     stream(method, signal, timeoutMs, header, input, contextValues) {
       return transport.stream(method, signal, timeoutMs, withToken(header), input, contextValues);

@@ -32,6 +32,7 @@ export * from './gen/hypermap/v1/observation_pb.js';
 export * from './gen/hypermap/v1/query_service_pb.js';
 export * from './gen/hypermap/v1/robot_service_pb.js';
 export * from './gen/hypermap/v1/scope_pb.js';
+export * from './gen/hypermap/v1/server_service_pb.js';
 export * from './gen/hypermap/v1/watch_service_pb.js';
 
 // Re-exports of the underlying libraries, so that callers need not depend on matching versions.

@@ -86,15 +86,24 @@ export function wait(ms: number, signal?: AbortSignal): Promise<void> {
   });
 }
 
+export interface RetryOptions {
+  /** The maximum number of retries. */
+  retries: number;
+  /** The time within which the last retry begins, milliseconds. */
+  retryForMs: number;
+  signal?: AbortSignal | undefined;
+}
+
 /**
  * Calls a function, and again with a backoff while the server is unreachable, or after the wait that
  * a server which is full asks for.
  */
 export async function retrying<T>(
   call: () => Promise<T>,
-  { retries, signal }: { retries: number; signal?: AbortSignal | undefined },
+  { retries, retryForMs, signal }: RetryOptions,
 ): Promise<T> {
-  const backoff = new Backoff();
+  const until = Date.now() + retryForMs;
+  const backoff = new Backoff({ firstMs: 50, longestMs: 2000 });
   for (let left = retries; ; --left) {
     let pause: number | undefined;
     try {
@@ -102,6 +111,7 @@ export async function retrying<T>(
     } catch (error) {
       pause = isUnreachable(error) ? backoff.next() : askedPause(error);
       if (left <= 0 || signal?.aborted || pause === undefined) throw error;
+      if (Date.now() + pause >= until) throw error;
     }
     await wait(pause, signal);
   }

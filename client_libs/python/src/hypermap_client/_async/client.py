@@ -1,4 +1,4 @@
-"""The client: all calls of one server."""
+"""The client: all calls of a server."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .watches import Watches
 
 
 class AsyncClient(Queries, Edits, Watches, Ingest, Explorations, Robots, Access):
-    """A client of one server.
+    """A client of a server, or of several that share their maps.
 
     Client blocks the calling thread and may be shared by threads. AsyncClient has the same methods
     for asyncio, and must be created and used in one event loop. A `with` block closes the
@@ -22,7 +22,8 @@ class AsyncClient(Queries, Edits, Watches, Ingest, Explorations, Robots, Access)
 
     Constructor arguments:
 
-    target: address of the server, HOST:PORT.
+    target: address of the server, HOST:PORT, or several with commas between. The first is asked
+        until it is Unavailable, then the next, and so on in a circle.
     tls: None for an unencrypted connection. Renewed certificates need a new client.
     token: bearer token, sent in the metadata `authorization` of every call. A function is called
         for each call. ValueError is raised for a token without TLS, unless the target is on this
@@ -43,6 +44,8 @@ class AsyncClient(Queries, Edits, Watches, Ingest, Explorations, Robots, Access)
     as_of: revision, or time with a time zone, at which the map is queried; None for the newest
         revision.
     min_revision: the server waits until the map has this revision before it answers; 0 for no wait.
+    consistency: LINEARIZABLE to see every change that any of the servers that share the maps had
+        acknowledged before the call.
     incarnation: the incarnation that the caller expects the map to be, see MapEntry; 0 for any. The
         call raises Aborted if the map is another one by now. Give it with revisions, versions and
         ids from earlier answers: they mean something else in another incarnation.

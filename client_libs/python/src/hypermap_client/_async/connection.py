@@ -1,4 +1,4 @@
-"""The connection of a client: its channel, and calls with timeouts and retries."""
+"""The connection of a client: its channels, and calls with timeouts and retries."""
 
 from __future__ import annotations
 
@@ -7,14 +7,22 @@ from collections.abc import AsyncIterator, Callable, Iterable
 from typing import Any
 
 from .._io import aio
+from .._io.servers import targets_of
+from .._proto import scope_pb2 as scope
+from .._requests import AsOf, make_as_of
 from .._retries import Retries
 from .._rpc import RequestT, ResponseT, Rpc
+from .._seen import SeenRevisions, check_not_outdated, map_of
+from ..answers import Consistency
 from ..credentials import Tls, Token, check_token_is_safe, token_from_file
-from ..errors import HypermapError
+from ..errors import HypermapError, Unavailable
 
 
 class Connection:
-    """A connection to a server. It connects at the first call, and reconnects after failures."""
+    """A connection to one of several servers, or to the only one.
+
+    It connects at the first call. After a failure it reconnects, or goes to the next server.
+    """
 
     def __init__(
         self,
@@ -32,10 +40,12 @@ class Connection:
                 raise ValueError("token and token_file must not be given together")
             token = token_from_file(token_file)
         if token is not None:
-            check_token_is_safe(target, tls, allow_insecure_token)
+            for each in targets_of(target):
+                check_token_is_safe(each, tls, allow_insecure_token)
         self._timeout = timeout
         self._retry_for = retry_for
         self._channel = aio.Channel(target, tls, token)
+        self._seen = SeenRevisions()
 
     async def close(self) -> None:
         """Closes the connection and cancels its calls. Does nothing if it is closed already."""
@@ -45,7 +55,22 @@ class Connection:
         self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
     ) -> ResponseT:
         """Makes a call with one request and one response."""
-        response: ResponseT = await self._retry(self._channel.unary, rpc, request, timeout)
+        seen = self._seen.newest(map_of(request))
+
+        async def attempt(
+            rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
+        ) -> ResponseT:
+            channel = self._channel.servers.current
+            response: ResponseT = await self._channel.unary(rpc, request, timeout)
+            try:
+                check_not_outdated(seen, request, response)
+            except Unavailable:
+                self._channel.servers.leave(channel)
+                raise
+            return response
+
+        response: ResponseT = await self._retry(attempt, rpc, request, timeout)
+        self._seen.note_answers(request, [response])
         return response
 
     async def _upload(
@@ -56,6 +81,7 @@ class Connection:
         requests: a retry iterates over them again from the beginning.
         """
         response: ResponseT = await self._retry(self._channel.upload, rpc, requests, timeout)
+        self._seen.note_answers(response, [response])  # the answer names the map, too
         return response
 
     async def _collect(
@@ -66,6 +92,7 @@ class Connection:
         A stream that breaks is read again from the beginning.
         """
         responses: list[ResponseT] = await self._retry(self._read_all, rpc, request, timeout)
+        self._seen.note_answers(request, responses)
         return responses
 
     async def _read_all(
@@ -121,4 +148,13 @@ class Connection:
             await aio.sleep(pause)
 
     def _retries(self, timeout: float | None) -> Retries:
-        return Retries(self._retry_for, self._timeout if timeout is None else timeout)
+        whole = self._timeout if timeout is None else timeout
+        return Retries(self._retry_for, whole, len(self._channel.servers) - 1)
+
+    def _as_of(
+        self, map_name: str, as_of: AsOf, min_revision: int, consistency: Consistency
+    ) -> scope.AsOf:
+        """The revision at which a query of the map reads, as a message; see make_as_of."""
+        message = make_as_of(as_of, min_revision, consistency)
+        self._seen.add_to(message, map_name)
+        return message

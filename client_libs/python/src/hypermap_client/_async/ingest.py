@@ -61,6 +61,7 @@ class Ingest(Connection):
         return AsyncObserveStream(
             self._channel,
             opening,
+            seen=self._seen,
             retry_for=self._retry_for,
             idle_timeout=idle_timeout,
             timeout=timeout,

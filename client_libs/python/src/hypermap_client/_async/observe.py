@@ -12,6 +12,7 @@ from .._io import aio
 from .._proto import ingest_service_pb2 as pb
 from .._proto import observation_pb2 as observation
 from .._retries import Retries, time_left
+from .._seen import SeenRevisions
 from .._wire.observations import decode_acknowledgement, decode_opened, encode_observation
 from ..errors import HypermapError, Internal, Unavailable
 from ..observations import Acknowledgement, Observation, OpenedLayer
@@ -40,12 +41,14 @@ class AsyncObserveStream:
         channel: aio.Channel,
         opening: pb.ObserveOpening,
         *,
+        seen: SeenRevisions,
         retry_for: float,
         idle_timeout: float | None,
         timeout: float,
     ) -> None:
         self._channel = channel
         self._opening = opening
+        self._seen = seen
         self._retry_for = retry_for
         self._idle_timeout = idle_timeout
         self._deadline = time.monotonic() + timeout
@@ -99,7 +102,7 @@ class AsyncObserveStream:
         acknowledged: dict[tuple[str, int], Acknowledgement],
     ) -> None:
         """Sends the observations until all are in `acknowledged`. Opens the stream if necessary."""
-        retries = Retries(self._retry_for, math.inf)
+        retries = Retries(self._retry_for, math.inf, len(self._channel.servers) - 1)
         while True:
             try:
                 stream = self._stream or await self._open()
@@ -136,8 +139,12 @@ class AsyncObserveStream:
         while pending:
             response = await stream.read()
             if response is None:
+                stream.leave_server()
                 raise Unavailable("the server ended the stream")
             for acknowledgement in map(decode_acknowledgement, response.acknowledgements):
                 key = acknowledgement.robot, acknowledgement.sequence
                 acknowledged[key] = acknowledgement
+                self._seen.note(
+                    self._opening.map, self.opened.incarnation, acknowledgement.revision
+                )
                 pending.discard(key)

@@ -11,7 +11,7 @@ from .. import _rpc as rpc
 from .._io import aio
 from .._proto import catalog_service_pb2 as catalog
 from .._proto import query_service_pb2 as pb
-from .._requests import AsOf, Layers, make_as_of, make_scope
+from .._requests import AsOf, Layers, make_scope
 from .._wire.answers import (
     decode_answer,
     decode_nearest_answer,
@@ -20,7 +20,7 @@ from .._wire.answers import (
 )
 from .._wire.geometry import encode_point, encode_polygon
 from .._wire.layers import decode_layer
-from ..answers import Answer, NearestAnswer, PointAnswer, PointsAnswer
+from ..answers import Answer, Consistency, NearestAnswer, PointAnswer, PointsAnswer
 from ..errors import HypermapError, Internal
 from ..geometry import AreaLike, PointLike, PointsLike, points_of
 from ..grids import Grid
@@ -40,6 +40,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        consistency: Consistency = Consistency.LOCAL,
         incarnation: int = 0,
         timeout: float | None = None,
     ) -> PointAnswer:
@@ -57,7 +58,7 @@ class Queries(Catalog):
         """
         request = pb.QueryPointRequest(
             scope=make_scope(map_name, layers, frame_id, incarnation),
-            as_of=make_as_of(as_of, min_revision),
+            as_of=self._as_of(map_name, as_of, min_revision, consistency),
             point=encode_point(point),
             tolerance_m=tolerance_m,
         )
@@ -73,6 +74,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        consistency: Consistency = Consistency.LOCAL,
         incarnation: int = 0,
         timeout: float | None = None,
     ) -> PointsAnswer:
@@ -87,7 +89,7 @@ class Queries(Catalog):
         """
         opening = pb.QueryPointsOpening(
             scope=make_scope(map_name, layers, frame_id, incarnation),
-            as_of=make_as_of(as_of, min_revision),
+            as_of=self._as_of(map_name, as_of, min_revision, consistency),
             tolerance_m=tolerance_m,
         )
         batch = _batch(points)
@@ -96,7 +98,7 @@ class Queries(Catalog):
             stream = self._channel.duplex(rpc.QUERY_POINTS, retries.timeout())
             try:
                 await stream.write(pb.QueryPointsRequest(opening=opening))
-                return await _answer(stream, batch, [])
+                return await self._answer_batch(stream, opening, batch, [])
             except HypermapError as error:
                 pause = retries.pause(error)
             finally:
@@ -113,6 +115,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        consistency: Consistency = Consistency.LOCAL,
         incarnation: int = 0,
         timeout: float = math.inf,
     ) -> AsyncIterator[PointsAnswer]:
@@ -128,7 +131,7 @@ class Queries(Catalog):
         """
         opening = pb.QueryPointsOpening(
             scope=make_scope(map_name, layers, frame_id, incarnation),
-            as_of=make_as_of(as_of, min_revision),
+            as_of=self._as_of(map_name, as_of, min_revision, consistency),
             tolerance_m=tolerance_m,
         )
         stream = self._channel.duplex(rpc.QUERY_POINTS, None if math.isinf(timeout) else timeout)
@@ -136,9 +139,23 @@ class Queries(Catalog):
         try:
             await stream.write(pb.QueryPointsRequest(opening=opening))
             for points in batches:
-                yield await _answer(stream, _batch(points), labels)
+                yield await self._answer_batch(stream, opening, _batch(points), labels)
         finally:
             stream.cancel()
+
+    async def _answer_batch(
+        self,
+        stream: aio.Stream[pb.QueryPointsRequest, pb.QueryPointsResponse],
+        opening: pb.QueryPointsOpening,
+        batch: pb.QueryPointsRequest,
+        labels: list[str],
+    ) -> PointsAnswer:
+        await stream.write(batch)
+        message = await stream.read()
+        if message is None:
+            raise Internal("the stream ended before the batch was answered")
+        self._seen.note_answers(opening, [message])
+        return decode_points_answer(message, labels)
 
     async def query_area(
         self,
@@ -149,6 +166,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        consistency: Consistency = Consistency.LOCAL,
         incarnation: int = 0,
         timeout: float | None = None,
     ) -> Answer:
@@ -161,7 +179,7 @@ class Queries(Catalog):
         """
         request = pb.QueryAreaRequest(
             scope=make_scope(map_name, layers, frame_id, incarnation),
-            as_of=make_as_of(as_of, min_revision),
+            as_of=self._as_of(map_name, as_of, min_revision, consistency),
             area=encode_polygon(area),
         )
         parts = await self._collect(rpc.QUERY_AREA, request, timeout)
@@ -177,6 +195,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        consistency: Consistency = Consistency.LOCAL,
         incarnation: int = 0,
         timeout: float | None = None,
     ) -> Answer:
@@ -194,7 +213,7 @@ class Queries(Catalog):
         """
         request = pb.QueryValueRequest(
             scope=make_scope(map_name, layers, frame_id, incarnation),
-            as_of=make_as_of(as_of, min_revision),
+            as_of=self._as_of(map_name, as_of, min_revision, consistency),
             value=value,
             area=None if area is None else encode_polygon(area),
         )
@@ -212,6 +231,7 @@ class Queries(Catalog):
         frame_id: str = "",
         as_of: AsOf = None,
         min_revision: int = 0,
+        consistency: Consistency = Consistency.LOCAL,
         incarnation: int = 0,
         timeout: float | None = None,
     ) -> NearestAnswer:
@@ -227,7 +247,7 @@ class Queries(Catalog):
         """
         request = pb.QueryNearestRequest(
             scope=make_scope(map_name, layers, frame_id, incarnation),
-            as_of=make_as_of(as_of, min_revision),
+            as_of=self._as_of(map_name, as_of, min_revision, consistency),
             point=encode_point(point),
             value=value,
             k=k,
@@ -241,6 +261,7 @@ class Queries(Catalog):
         *,
         as_of: AsOf = None,
         min_revision: int = 0,
+        consistency: Consistency = Consistency.LOCAL,
         incarnation: int = 0,
         timeout: float | None = None,
     ) -> Grid:
@@ -268,6 +289,7 @@ class Queries(Catalog):
             frame_id=found.frame_id,
             as_of=as_of,
             min_revision=min_revision,
+            consistency=consistency,
             # The extent describes the cells of this incarnation only.
             incarnation=incarnation or response.incarnation,
             timeout=timeout,
@@ -283,15 +305,3 @@ def _batch(points: PointsLike) -> pb.QueryPointsRequest:
     if len(array) == 0:
         raise ValueError("a batch needs at least one point")
     return pb.QueryPointsRequest(xs=array[:, 0].tolist(), ys=array[:, 1].tolist())
-
-
-async def _answer(
-    stream: aio.Stream[pb.QueryPointsRequest, pb.QueryPointsResponse],
-    batch: pb.QueryPointsRequest,
-    labels: list[str],
-) -> PointsAnswer:
-    await stream.write(batch)
-    message = await stream.read()
-    if message is None:
-        raise Internal("the stream ended before the batch was answered")
-    return decode_points_answer(message, labels)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from types import TracebackType
@@ -10,6 +11,7 @@ from .. import _rpc as rpc
 from .._io import aio
 from .._proto import watch_service_pb2 as pb
 from .._retries import Backoff, time_left
+from .._seen import SeenRevisions
 from .._wire.changes import WatchEventBuilder
 from ..changes import WatchEvent
 from ..errors import (
@@ -37,6 +39,7 @@ class AsyncWatch:
         channel: aio.Channel,
         request: pb.WatchRequest,
         *,
+        seen: SeenRevisions,
         retry_first_for: float,
         retry_for: float,
         snapshot_when_compacted: bool,
@@ -45,6 +48,7 @@ class AsyncWatch:
     ) -> None:
         self._channel = channel
         self._request = request
+        self._seen = seen
         self._retry_first_for = retry_first_for
         self._retry_for = retry_for
         self._snapshot_when_compacted = snapshot_when_compacted
@@ -53,6 +57,7 @@ class AsyncWatch:
         self._messages: deque[pb.WatchResponse] = deque()
         self._builder = WatchEventBuilder()
         self._backoff = Backoff()
+        self._num_untried = len(channel.servers) - 1
         self._broken_since: float | None = None
         self._last_revision: int | None = None
         self._last_incarnation = 0  # 0 before the first event
@@ -131,6 +136,7 @@ class AsyncWatch:
         self._check_order(event)
         self._last_revision = self._request.start_revision = event.revision
         self._last_incarnation = self._request.scope.incarnation = event.incarnation
+        self._seen.note(self._request.scope.map, event.incarnation, event.revision)
         if event.snapshot:
             self._reset_next_snapshot = False
         return event
@@ -166,16 +172,29 @@ class AsyncWatch:
         elif not self._is_resumable(error):
             self.close()
             raise error
+        elif not isinstance(error, ResourceExhausted):  # Too slow a reader, wherever it reads.
+            self._stream.leave_server()
         now = time.monotonic()
         self._broken_since = now if self._broken_since is None else self._broken_since
-        retry_for = self._retry_for if self._started else self._retry_first_for
         pause = self._backoff.next()
-        if now + pause >= min(self._broken_since + retry_for, self._deadline):
+        if now + pause >= min(self._retry_until(self._broken_since), self._deadline):
             self.close()
             raise error
         await aio.sleep(pause)
         if not self._ended:
             self._open()
+
+    def _retry_until(self, broken_since: float) -> float:
+        """The time before which a broken watch may be opened again.
+
+        Before the first message, each server is tried at least once.
+        """
+        if self._started:
+            return broken_since + self._retry_for
+        if self._num_untried == 0:
+            return broken_since + self._retry_first_for
+        self._num_untried -= 1
+        return math.inf
 
     def _is_resumable(self, error: HypermapError) -> bool:
         if not self._started:

@@ -72,6 +72,7 @@ class Watches(Connection):
         return AsyncWatch(
             self._channel,
             request,
+            seen=self._seen,
             retry_first_for=self._retry_for,
             retry_for=retry_for,
             snapshot_when_compacted=snapshot_when_compacted,

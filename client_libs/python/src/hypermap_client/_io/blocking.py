@@ -2,57 +2,65 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import queue
 import threading
 import time
 import weakref
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import Any, Generic
 
 import grpc
 
 from .._rpc import RequestT, ResponseT, Rpc
 from ..credentials import Tls, Token
-from ..errors import Cancelled, Unavailable, error_of
+from ..errors import Cancelled, HypermapError, Unavailable, error_of
 from .options import call_metadata, channel_credentials, channel_options
+from .servers import Servers, targets_of
 from .uploads import Upload
 
 sleep = time.sleep
 
 
 class Channel:
-    """A gRPC channel. It connects at the first call, and reconnects after failures.
+    """The gRPC channels to servers that share their maps, or to the only server.
 
-    It may be used by several threads.
+    A channel connects at its first call, and reconnects after failures. It may be used by several
+    threads.
     """
 
-    def __init__(self, target: str, tls: Tls | None, token: Token | None) -> None:
+    def __init__(self, targets: str, tls: Tls | None, token: Token | None) -> None:
         self.closed = False
         self._token = token
-        options = channel_options(tls)
-        if tls is None:
-            self._channel = grpc.insecure_channel(target, options=options)
-        else:
-            self._channel = grpc.secure_channel(target, channel_credentials(tls), options=options)
+        each = targets_of(targets)
+        options = channel_options(tls, is_only=len(each) == 1)
+        self.servers = Servers(
+            [
+                grpc.insecure_channel(target, options=options)
+                if tls is None
+                else grpc.secure_channel(target, channel_credentials(tls), options=options)
+                for target in each
+            ]
+        )
 
     def close(self) -> None:
         self.closed = True
-        self._channel.close()
+        for channel in self.servers:
+            channel.close()
 
     def unary(
         self, rpc: Rpc[RequestT, ResponseT], request: RequestT, timeout: float | None
     ) -> ResponseT:
         """Makes a call with one request and one response."""
-        call = self._channel.unary_unary(
-            rpc.path, rpc.request.SerializeToString, rpc.response.FromString
-        )
+        channel = self.servers.current
+        call = channel.unary_unary(rpc.path, rpc.request.SerializeToString, rpc.response.FromString)
         try:
             response: ResponseT = call(
                 request, timeout=timeout, metadata=call_metadata(self._token)
             )
         except grpc.RpcError as failure:
-            raise error_of(failure) from None
+            raise self._error_of(failure, channel) from None
         return response
 
     def upload(
@@ -62,7 +70,8 @@ class Channel:
 
         Raises the error of the iteration over the requests, if there is one.
         """
-        call = self._channel.stream_unary(
+        channel = self.servers.current
+        call = channel.stream_unary(
             rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         upload = Upload(requests)
@@ -71,7 +80,7 @@ class Channel:
         except grpc.RpcError as failure:
             if upload.error is not None:
                 raise upload.error from None
-            raise error_of(failure) from None
+            raise self._error_of(failure, channel) from None
         return response
 
     def download(
@@ -82,11 +91,14 @@ class Channel:
         idle_timeout: float | None = None,
     ) -> Stream[RequestT, ResponseT]:
         """Starts a call with one request and a stream of responses."""
-        call = self._channel.unary_stream(
+        channel = self.servers.current
+        call = channel.unary_stream(
             rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         metadata = call_metadata(self._token)
-        return Stream(call(request, timeout=timeout, metadata=metadata), None, idle_timeout)
+        started = call(request, timeout=timeout, metadata=metadata)
+        leave = functools.partial(self.servers.leave, channel)
+        return Stream(started, None, leave, idle_timeout)
 
     def duplex(
         self,
@@ -95,12 +107,21 @@ class Channel:
         idle_timeout: float | None = None,
     ) -> Stream[RequestT, ResponseT]:
         """Starts a call with a stream of requests and a stream of responses."""
-        call = self._channel.stream_stream(
+        channel = self.servers.current
+        call = channel.stream_stream(
             rpc.path, rpc.request.SerializeToString, rpc.response.FromString
         )
         requests: _RequestQueue[RequestT] = _RequestQueue()
         metadata = call_metadata(self._token)
-        return Stream(call(requests, timeout=timeout, metadata=metadata), requests, idle_timeout)
+        started = call(requests, timeout=timeout, metadata=metadata)
+        leave = functools.partial(self.servers.leave, channel)
+        return Stream(started, requests, leave, idle_timeout)
+
+    def _error_of(self, failure: grpc.RpcError, channel: grpc.Channel) -> HypermapError:
+        error = error_of(failure)
+        if isinstance(error, Unavailable):
+            self.servers.leave(channel)
+        return error
 
 
 class _RequestQueue(Generic[RequestT]):
@@ -126,8 +147,14 @@ class Stream(Generic[RequestT, ResponseT]):
     """A call with a stream of responses. One thread reads; any thread may cancel."""
 
     def __init__(
-        self, call: Any, requests: _RequestQueue[RequestT] | None, idle_timeout: float | None
+        self,
+        call: Any,
+        requests: _RequestQueue[RequestT] | None,
+        leave_server: Callable[[], None],
+        idle_timeout: float | None,
     ) -> None:
+        self.leave_server = leave_server
+        """Call if another server may do better, unless `read` has raised Unavailable."""
         self._call = call
         self._requests = requests
         self._idle_timeout = idle_timeout
@@ -158,7 +185,9 @@ class Stream(Generic[RequestT, ResponseT]):
             self._end()
             error = error_of(failure)
             if self._timed_out_idle and isinstance(error, Cancelled):
-                raise Unavailable(f"no message arrived for {self._idle_timeout} s") from None
+                error = Unavailable(f"no message arrived for {self._idle_timeout} s")
+            if isinstance(error, Unavailable):
+                self.leave_server()
             raise error from None
         finally:
             self._idle_deadline = math.inf

@@ -22,11 +22,29 @@ CHANNEL_OPTIONS: tuple[tuple[str, str | int], ...] = (
 )
 
 
-def channel_options(tls: Tls | None) -> tuple[tuple[str, str | int], ...]:
-    """The options of a channel."""
-    if tls is None or not tls.server_name:
-        return CHANNEL_OPTIONS
-    return (*CHANNEL_OPTIONS, ("grpc.ssl_target_name_override", tls.server_name))
+# Let calls fail soon if nothing comes back from the other machine, since another server may answer
+# them.
+LEAVE_DEAD_MACHINES: tuple[tuple[str, str | int], ...] = (
+    # Longer than TCP waits to repeat a lost packet for the second time.
+    ("grpc.min_reconnect_backoff_ms", 5_000),
+    # While there are calls, pings that the server takes every 5 s.
+    ("grpc.keepalive_time_ms", 10_000),
+    ("grpc.keepalive_timeout_ms", 10_000),
+    ("grpc.http2.max_pings_without_data", 0),
+)
+
+
+def channel_options(tls: Tls | None, *, is_only: bool) -> tuple[tuple[str, str | int], ...]:
+    """The options of a channel.
+
+    is_only: whether the client has no other server.
+    """
+    options = dict(CHANNEL_OPTIONS)
+    if not is_only:
+        options.update(LEAVE_DEAD_MACHINES)
+    if tls is not None and tls.server_name:
+        options["grpc.ssl_target_name_override"] = tls.server_name
+    return tuple(options.items())
 
 
 def channel_credentials(tls: Tls) -> grpc.ChannelCredentials:

@@ -25,7 +25,8 @@ const attempts = signal(0);
  */
 export const client = computed<HypermapClient>(() => {
   attempts.value;
-  return createHypermapClient(location.origin);
+  // A person wants to know soon that the server can't be reached.
+  return createHypermapClient(location.origin, { retryForMs: 2000 });
 });
 
 /** Clears the error and reconnects with a new client. */
