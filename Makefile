@@ -22,7 +22,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
 .PHONY: api package package-server deps-server test-packages
-.PHONY: nightly attack robustness prove prove-histories prove-linearizable prove-load $(PROOFS)
+.PHONY: nightly attack robustness prove prove-failover prove-histories prove-linearizable prove-load $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -38,6 +38,7 @@ help:
 	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help),'
 	@echo '                           prove-histories [HISTORIES=100000],'
 	@echo '                           prove-linearizable [HISTORIES=1000] (Go 1.24),'
+	@echo '                           prove-failover (Go 1.24, PostgreSQL 15; ARGS=--help),'
 	@echo '                           prove-load (an hour; ARGS=--help)'
 	@echo 'make robustness [SEED=1]   faults in every file call, kills, power losses and bit flips (ARGS=--help)'
 	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
@@ -142,9 +143,11 @@ bench: $(if $(filter true 1,$(PEERS)),build/.deps-bench) build
 	@build/tests/server_bench --server build/bin/hypermapd \
 	  --floor_server build/tests/floor_server $(if $(filter true 1,$(PEERS)),--peers) $(SERVER_ARGS)
 
-# Each proof ends with one JSON object with its counts and "holds".
+# Each proof ends with one JSON object with its counts and "holds". With POSTGRES=1 the maps are in
+# PostgreSQL.
 $(PROOFS): build
-	@build/tests/hypermap_prove $(@:prove-%=%) --server build/bin/hypermapd \
+	@$(if $(POSTGRES),tests/postgres/with_cluster.sh) build/tests/hypermap_prove $(@:prove-%=%) \
+	  --server $(if $(POSTGRES),tests/postgres/hypermapd.sh,build/bin/hypermapd) \
 	  $(if $(findstring kill,$@),--history 1000) $(if $(findstring replica,$@),--edits 5000) $(if $(KILLS),--kills $(KILLS)) $(ARGS)
 
 # Simulated histories; planted bugs must be found by the first 1,000 seeds.
@@ -159,13 +162,20 @@ prove-linearizable: build
 	  --server build/bin/hypermapd --artifacts build/tests/linearizability \
 	  --histories $(or $(HISTORIES),1000) $(ARGS) || test $$? = 77
 
+# Histories of three servers that share a database, with faults of the owner of the map. Skipped where Go
+# or PostgreSQL is missing.
+prove-failover: build
+	@tests/linearizability/build.sh build && tests/postgres/with_cluster.sh \
+	  build/tests/hypermap_linearizability --server build/bin/hypermapd --artifacts build/tests/linearizability \
+	  --servers 3 --failovers 200 $(ARGS) || test $$? = 77
+
 # The load of a fleet for an hour, with a fault every minute.
 prove-load: build build/.deps-test
 	@HYPERMAP_BIN=$(CURDIR)/build/bin PYTHONDONTWRITEBYTECODE=1 \
 	  PYTHONPATH=$(CURDIR)/build/tests/integration/proto:$(CURDIR)/tests/integration \
 	  /usr/bin/python3 tests/load/run.py $(ARGS)
 
-prove: $(PROOFS) prove-histories prove-linearizable prove-load
+prove: $(PROOFS) prove-histories prove-linearizable prove-failover prove-load
 
 # Ends with a table of faults and scenarios, and one JSON object with the counts and "holds". Skipped
 # where the calls of a process can't be seen.

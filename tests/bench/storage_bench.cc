@@ -22,7 +22,7 @@
 #include "map/edits/apply.h"
 #include "map/layers/semantic_layer.h"
 #include "server/session/map_session.h"
-#include "storage/geopackage/geometry_blob.h"
+#include "storage/encoding/geometry_blob.h"
 #include "storage/geopackage/geopackage_store.h"
 #include "tests/bench/bare_map.h"
 

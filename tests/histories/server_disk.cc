@@ -35,6 +35,11 @@ class FaultyMap : public storage::StoredMap {
       absl::string_view request_id) override {
     return map_->FindReceipt(request_id);
   }
+  absl::StatusOr<storage::MapPosition> Position() override { return map_->Position(); }
+  absl::StatusOr<std::vector<storage::TimedReceipt>> Receipts(absl::string_view after,
+                                                              int max_count) override {
+    return map_->Receipts(after, max_count);
+  }
   absl::StatusOr<std::vector<storage::TimeMark>> TimeMarks() override { return map_->TimeMarks(); }
   absl::Status AddTimeMark(const storage::TimeMark& mark, absl::Duration forget_before) override {
     HYPERMAP_RETURN_IF_ERROR(disk_->CheckWritable());

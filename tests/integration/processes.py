@@ -32,6 +32,10 @@ SEED = int(os.environ.get("HYPERMAP_TEST_SEED", time.time_ns() % 1_000_000))
 READY = re.compile(rb"^hypermapd ready on (127\.0\.0\.1:(\d+))\n", re.MULTILINE)
 
 
+# For tests of the files of maps: tests/postgres runs the others with maps in a database.
+needs_files = unittest.skipIf("HYPERMAP_TEST_POSTGRES" in os.environ, "the maps are no files here")
+
+
 class Server:
     """A hypermapd process on `data_dir`. The end of the `with` block kills it if it still runs.
 

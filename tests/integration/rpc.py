@@ -6,7 +6,7 @@ import shapely.geometry
 from google.protobuf import descriptor_pb2, json_format, message_factory
 from hypermap.v1 import (access_service_pb2, catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
                          frame_service_pb2, ingest_service_pb2, query_service_pb2,
-                         robot_service_pb2, watch_service_pb2)
+                         robot_service_pb2, server_service_pb2, watch_service_pb2)
 
 from processes import DEADLINE_S
 
@@ -17,7 +17,7 @@ _KINDS = {(False, False): "unary_unary", (False, True): "unary_stream",
 def methods():
     for module in (access_service_pb2, catalog_service_pb2, edit_service_pb2, exploration_service_pb2,
                    frame_service_pb2, ingest_service_pb2, query_service_pb2, robot_service_pb2,
-                   watch_service_pb2):
+                   server_service_pb2, watch_service_pb2):
         file = descriptor_pb2.FileDescriptorProto()
         module.DESCRIPTOR.CopyToProto(file)
         for service in file.service:

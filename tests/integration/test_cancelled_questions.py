@@ -33,6 +33,7 @@ NOT_CANCELLED = {
     "RenewGoal": "writes one object; it does not look at floor",
     "ListRevisions": "a page of at most 10,000 records",
     "Report": "one report, of at most some KiB",
+    "ListServers": "one look at the database, whose wait has an end",
     "ListRobots": "at most --max_robots reports, which are in memory",
     "StreamFrames": "served by hypermap-ingest, whose frames are those of one robot",
 }

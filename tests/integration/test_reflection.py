@@ -49,7 +49,7 @@ class Reflection(SiteTest):
         for service in ("hypermap.v1.CatalogService", "hypermap.v1.QueryService",
                         "hypermap.v1.EditService", "hypermap.v1.IngestService",
                         "hypermap.v1.ExplorationService", "hypermap.v1.RobotService",
-                        "hypermap.v1.WatchService",
+                        "hypermap.v1.ServerService", "hypermap.v1.WatchService",
                         "grpc.health.v1.Health", "grpc.reflection.v1.ServerReflection",
                         "grpc.reflection.v1alpha.ServerReflection"):
             self.assertIn(service, listed)

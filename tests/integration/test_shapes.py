@@ -21,7 +21,7 @@ from hypermap.v1 import watch_service_pb2
 
 import rpc
 import sites
-from processes import DEADLINE_S, QUESTIONS, SEED, SiteTest
+from processes import DEADLINE_S, QUESTIONS, SEED, SiteTest, needs_files
 
 LABELS = ("lane", "wall", "dock", "room")
 REACH_M = 10.0
@@ -332,6 +332,7 @@ class Files(ShapesTest):
         self.assertEqual([f["properties"] for f in features], [properties] * 3)
         self.assertEqual([f["geometry"] for f in features], [coordinates(g) for g in geometries])
 
+    @needs_files
     def test_ogr_lists_each_kind_of_a_stored_map(self):
         things = self.add_things()
         listed = subprocess.run(["ogrinfo", "-al", self.data_dir / "site.gpkg", "things"],

@@ -32,6 +32,10 @@ LIBRARIES = {
     "openssl/": "openssl",
     "fastdds/": "fastdds",
     "fastrtps/": "fastdds",
+    "gmock/": "gtest",
+    "gtest/": "gtest",
+    "tests/support/": "test_support",
+    "libpq-fe.h": "pq",
 }
 
 DOMAIN = {"absl", "eigen"}
@@ -142,12 +146,40 @@ ROOMS = {
         ["map", "map/edits", "map/layers", "map/objects", "map/observations"],
         {"absl"},
     ),
+    # Tests of what every store promises, which therefore know none of them.
+    "storage/conformance": Room(
+        ["base/cancellation", "base/metering", "map/edits", "map/layers", "storage",
+         "storage/transfer"],
+        {"absl", "gtest", "test_support"},
+    ),
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite", "zlib"}),
+    # Codecs of columns that all stores have.
+    "storage/encoding": Room(
+        ["base/cancellation", "base/images", "base/status", "map/edits", "map/geometry", "map/grid",
+         "map/layers", "map/objects"],
+        {"absl"}, hidden={"json", "tiff", "zlib"}, target="storage_encoding",
+    ),
+    # The only room that uses libpq.
+    "storage/libpq": Room(
+        ["base/cancellation", "base/status", "base/sync", "base/text"], {"absl"}, hidden={"pq"},
+    ),
     "storage/geopackage": Room(
-        ["base/cancellation", "base/images", "base/metering", "base/status", "base/sync", "base/text",
-         "map", "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
-         "storage", "storage/sqlite"],
-        {"absl"}, hidden={"json", "tiff", "zlib"},
+        ["base/cancellation", "base/metering", "base/status", "base/sync", "base/text", "map",
+         "map/edits", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
+         "storage", "storage/encoding", "storage/sqlite"],
+        {"absl"},
+    ),
+    "storage/postgres": Room(
+        ["base/cancellation", "base/metering", "base/status", "base/sync", "map", "map/edits",
+         "map/frames", "map/layers", "map/objects",
+         "storage", "storage/encoding", "storage/libpq", "storage/transfer"],
+        {"absl"},
+    ),
+    # Copies maps from store to store, and so knows none of them.
+    "storage/transfer": Room(
+        ["base/cancellation", "base/digest", "base/status", "map", "map/edits", "map/grid",
+         "map/layers", "storage", "storage/encoding"],
+        {"absl"},
     ),
     "storage/outbox": Room(["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"),
     "storage/interchange": Room(
@@ -182,10 +214,14 @@ ROOMS = {
         ["base/access", "base/identity", "base/logging", "base/status", "base/sync", "base/time"],
         {"absl", "grpc"},
     ),
+    # grpc: calls other servers with requests that it does not parse.
+    "server/forward": Room(
+        ["base/metering", "base/sync", "server/auth", "wire"], {"absl", "grpc"},
+    ),
     "server/rpc": Room(
         ["base/access", "base/admission", "base/cancellation", "base/digest", "base/limits",
          "base/logging", "base/metering", "base/status", "base/sync", "base/text", "map",
-         "map/layers", "map/query", "proto", "server/auth", "server/session", "wire"],
+         "map/layers", "map/query", "proto", "server/auth", "server/forward", "server/session", "wire"],
         {"absl", "grpc", "protobuf"},
     ),
     "server/metrics": Room(
@@ -202,14 +238,15 @@ ROOMS = {
         ["base/admission", "base/cancellation", "base/limits", "base/logging",
          "base/metering", "base/status", "base/sync", "base/tls", "map", "map/layers",
          "map/observations", "map/query", "map/robots", "map/values", "proto", "server/auth",
-         "server/exploration", "server/fusion", "server/presence", "server/rpc", "server/session", "server/watch", "storage/interchange",
-         "wire", "wire/health", "wire/reflection"],
+         "server/exploration", "server/forward", "server/fusion", "server/presence", "server/rpc",
+         "server/session", "server/watch", "storage/interchange", "wire", "wire/health", "wire/reflection"],
         {"absl", "grpc"},
     ),
     "server": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging", "base/status",
-         "base/sync", "base/tls", "map", "server/auth", "server/metrics", "server/rpc",
-         "server/services", "server/session", "storage/geopackage", "storage/sqlite"],
+         "base/sync", "base/tls", "map", "server/auth", "server/forward", "server/metrics",
+         "server/rpc", "server/services", "server/session", "storage", "storage/geopackage", "storage/postgres",
+         "storage/sqlite"],
         {"absl", "grpc"}, hidden={"yaml"}, target=None,
     ),
 
@@ -328,7 +365,8 @@ ROOMS = {
         ["base/access", "base/identity", "base/status", "client_libs/bench", "client_libs/cpp",
          "client_libs/flags", "client_libs/ros2/recording", "map", "map/edits", "map/evaluation", "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/query",
-         "map/values", "storage", "storage/geopackage", "storage/interchange", "storage/sqlite"],
+         "map/values", "storage", "storage/geopackage", "storage/interchange", "storage/postgres",
+         "storage/sqlite", "storage/transfer"],
         {"absl", "cli11", "json"}, hidden={"cairo", "yaml"},
     ),
 }

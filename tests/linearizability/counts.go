@@ -2,6 +2,8 @@ package main
 
 import (
 	"encoding/json"
+	"slices"
+	"time"
 
 	"hypermap-linearizability/history"
 	"hypermap-linearizability/model"
@@ -25,9 +27,15 @@ type counts struct {
 	EditsRetried       int `json:"edits_retried"`
 	EditsMadeByEarlier int `json:"edits_made_by_earlier_attempts"`
 	Kills              int `json:"kills"`
-	UnknownOutcomes    int `json:"unknown_outcomes"`
-	Violations         int `json:"violations"`
-	Undecided          int `json:"undecided"`
+	// Of several servers: the faults of the map's owner after which the map was written again, and the
+	// times that it could not be written.
+	Failovers       int     `json:"failovers,omitempty"`
+	WriteGapP50     float64 `json:"write_gap_p50_s,omitempty"`
+	WriteGapP99     float64 `json:"write_gap_p99_s,omitempty"`
+	writeGaps       []time.Duration
+	UnknownOutcomes int `json:"unknown_outcomes"`
+	Violations      int `json:"violations"`
+	Undecided       int `json:"undecided"`
 	// Why the proof could not be carried out.
 	Error string `json:"error,omitempty"`
 	Holds bool   `json:"holds"`
@@ -36,6 +44,7 @@ type counts struct {
 func (c *counts) add(h *history.History, verdict model.Verdict) {
 	c.Histories++
 	c.Kills += h.Kills
+	c.addWriteGaps(h.WriteGaps)
 	c.Operations += len(h.Operations)
 	for i := range h.Operations {
 		c.addOperation(h, &h.Operations[i])
@@ -69,9 +78,21 @@ func (c *counts) addOperation(h *history.History, operation *history.Operation) 
 	}
 }
 
-// judge sets Holds, and returns it. Something must have been judged, and nothing left undecided.
-func (c *counts) judge() bool {
-	c.Holds = c.Error == "" && c.Histories > 0 && c.Violations == 0 && c.Undecided == 0
+func (c *counts) addWriteGaps(gaps []time.Duration) {
+	c.writeGaps = append(c.writeGaps, gaps...)
+	slices.Sort(c.writeGaps)
+	c.Failovers = len(c.writeGaps)
+	if c.Failovers > 0 {
+		c.WriteGapP50 = c.writeGaps[(c.Failovers-1)/2].Seconds()
+		c.WriteGapP99 = c.writeGaps[(c.Failovers*99+99)/100-1].Seconds()
+	}
+}
+
+// judge sets Holds, and returns it. Something must have been judged, and nothing left undecided, and a
+// map must not have been without writes for longer than `maxWriteGap` in the 99th percentile.
+func (c *counts) judge(maxWriteGap time.Duration) bool {
+	c.Holds = c.Error == "" && c.Histories > 0 && c.Violations == 0 && c.Undecided == 0 &&
+		c.WriteGapP99 <= maxWriteGap.Seconds()
 	return c.Holds
 }
 

@@ -10,6 +10,11 @@
 // may take effect at any time or never. They also send each other's requests again, while these are under
 // way or later, use ids again for other requests, end calls by short deadlines, and lose answers.
 //
+// With several servers (--servers) that share a database of PostgreSQL, clients send each attempt to any
+// of them, and all reads are linearizable queries. The server that owns the map is killed with SIGKILL, and
+// starts again under its id, or another, or when another server has taken the map over; or it is stopped
+// with SIGSTOP until after its lease.
+//
 // Porcupine then searches an order of the operations that agrees with their times and with a sequential
 // model of a map (package model). The model knows what docs/protocol.md promises: revisions without
 // gaps, batches as a whole or not at all, conditions, receipts, and past revisions as they were.
@@ -42,10 +47,12 @@ import (
 
 type config struct {
 	recorder.Options
-	histories int
-	timeout   time.Duration
-	artifacts string
-	replay    string
+	histories   int
+	failovers   int
+	maxWriteGap time.Duration
+	timeout     time.Duration
+	artifacts   string
+	replay      string
 }
 
 func main() {
@@ -74,9 +81,14 @@ func parseFlags(args []string) (config, error) {
 	flags.Uint64Var(&cfg.Seed, "seed", rand.Uint64N(1_000_000), "random seed")
 	flags.IntVar(&cfg.histories, "histories", 20, "number of histories")
 	flags.IntVar(&cfg.Clients, "clients", 16, "number of clients")
-	flags.IntVar(&cfg.Operations, "operations", 300, "number of operations of a history")
+	flags.IntVar(&cfg.Operations, "operations", 300, "number of operations of a history of one server; those of several end with the last fault")
 	flags.IntVar(&cfg.Places, "places", 4, "number of places at which the objects are; fewer places mean more contention")
 	flags.IntVar(&cfg.MaxKills, "kills", 3, "the server is killed 1 to this many times in a history, the last time after all edits")
+	flags.IntVar(&cfg.Servers, "servers", 1, "number of servers; several share a database, and --kills is the number of faults of the map's owner")
+	flags.StringVar(&cfg.Postgres, "postgres", os.Getenv("HYPERMAP_TEST_POSTGRES"), "with several servers: the `URI` of a PostgreSQL cluster, without a database")
+	flags.IntVar(&cfg.Watchers, "watchers", 20, "with several servers: number of watches, which are resumed by other servers")
+	flags.IntVar(&cfg.failovers, "failovers", 0, "with several servers: makes histories until there were this many faults, in place of --histories")
+	flags.DurationVar(&cfg.maxWriteGap, "max_write_gap", 5*time.Second, "with several servers: the longest time that a map may be without writes, in the 99th percentile of all faults")
 	flags.StringVar(&cfg.Plant, "plant", "", "plant a fault, which must be found: "+strings.Join(recorder.Plants(), ", "))
 	flags.DurationVar(&cfg.timeout, "timeout", time.Minute, "time for judging a history; one that takes longer counts as undecided, and nothing is proved")
 	flags.StringVar(&cfg.artifacts, "artifacts", "linearizability", "folder for histories that are not linearizable, a `DIR`")
@@ -91,12 +103,26 @@ func parseFlags(args []string) (config, error) {
 	return cfg, nil
 }
 
+// isEnough reports whether no more histories are to be made.
+func (c *config) isEnough(made *counts) bool {
+	if c.failovers > 0 {
+		return made.Failovers >= c.failovers
+	}
+	return made.Histories >= c.histories
+}
+
 func (c *config) check(arguments []string) error {
 	switch {
 	case len(arguments) > 0:
 		return fmt.Errorf("unexpected argument %q", arguments[0])
 	case c.histories < 1 || c.Clients < 1 || c.Operations < 1 || c.Places < 1 || c.MaxKills < 1:
 		return errors.New("--histories, --clients, --operations, --places and --kills must be at least 1")
+	case c.Servers < 1 || c.Servers > 26:
+		return errors.New("--servers must be at least 1, and at most 26")
+	case c.Servers > 1 && c.Postgres == "" && c.replay == "":
+		return errors.New("several servers need --postgres")
+	case c.failovers > 0 && c.Servers == 1:
+		return errors.New("--failovers needs several --servers")
 	case c.timeout <= 0:
 		return errors.New("--timeout must be positive")
 	}

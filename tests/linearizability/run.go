@@ -16,6 +16,9 @@ import (
 // historiesPerLine is the number of histories after which a line tells the progress.
 const historiesPerLine = 50
 
+// fleetHistoriesPerLine is the same for those of several servers, which take ten seconds or more.
+const fleetHistoriesPerLine = 5
+
 // run makes and judges histories until one is not linearizable, or judges a stored one. It reports
 // whether all are linearizable, and prints the counts.
 func run(ctx context.Context, cfg config) (bool, error) {
@@ -29,7 +32,7 @@ func run(ctx context.Context, cfg config) (bool, error) {
 	if err != nil {
 		counts.Error = err.Error()
 	}
-	holds := counts.judge()
+	holds := counts.judge(cfg.maxWriteGap)
 	fmt.Println(counts.line())
 	return holds, err
 }
@@ -37,12 +40,12 @@ func run(ctx context.Context, cfg config) (bool, error) {
 func makeHistories(ctx context.Context, cfg config, counts *counts) error {
 	fmt.Printf("seed %d\n", cfg.Seed)
 	start := time.Now()
-	for number := 1; number <= cfg.histories && counts.Violations == 0; number++ {
+	for number := 1; !cfg.isEnough(counts) && counts.Violations == 0; number++ {
 		cfg.Number = number
 		if err := makeHistory(ctx, cfg, counts); err != nil {
 			return fmt.Errorf("history %d of seed %d: %w", number, cfg.Seed, err)
 		}
-		if number%historiesPerLine == 0 {
+		if number%historiesPerLine == 0 || cfg.Servers > 1 && number%fleetHistoriesPerLine == 0 {
 			fmt.Printf("%d histories after %d s\n", number, int(time.Since(start).Seconds()))
 		}
 	}

@@ -57,10 +57,22 @@ func TestAHistoryThatCouldNotBeJudgedDoesNotHold(t *testing.T) {
 	var undecided counts
 	undecided.add(h, model.Undecided)
 	undecided.add(h, model.Linearizable)
-	if undecided.judge() || undecided.Undecided != 1 {
+	if undecided.judge(time.Minute) || undecided.Undecided != 1 {
 		t.Errorf("got %s", undecided.line())
 	}
-	if nothing := (counts{}); nothing.judge() {
+	if nothing := (counts{}); nothing.judge(time.Minute) {
 		t.Error("nothing was judged, and holds")
+	}
+}
+
+func TestALongTimeWithoutWritesDoesNotHold(t *testing.T) {
+	h := &history.History{Operations: make([]history.Operation, 3)}
+	for i := range 200 {
+		h.WriteGaps = append(h.WriteGaps, time.Duration(200-i)*time.Second)
+	}
+	var c counts
+	c.add(h, model.Linearizable)
+	if c.judge(197*time.Second) || !c.judge(198*time.Second) || c.Failovers != 200 || c.WriteGapP50 != 100 {
+		t.Errorf("got %s", c.line())
 	}
 }

@@ -4,13 +4,21 @@
 #   tests/linearizability/test.sh model BUILD           go vet and the unit tests
 #   tests/linearizability/test.sh histories BUILD       a few histories are linearizable
 #   tests/linearizability/test.sh finds_planted BUILD   each planted fault is found
+#   tests/linearizability/test.sh failovers BUILD       a few histories of several servers are, too
+#   tests/linearizability/test.sh finds_local_reads BUILD   reads that are not linearizable are found
 #
-# The exit code is 77 if this machine has no suitable Go.
+# The exit code is 77 if this machine has no suitable Go, or no PostgreSQL for several servers.
 set -euo pipefail
 test=$1
 build=$(realpath "$2")
 cd "$(dirname "$0")"
 ./build.sh "$build"
+
+# Of several servers. The pauses of a busy machine count as times without writes.
+prove_fleet() {
+  ../postgres/with_cluster.sh "$build/tests/hypermap_linearizability" --server "$build/bin/hypermapd" --servers 3 \
+    --max_write_gap 60s --artifacts "$build/tests/linearizability" "$@"
+}
 
 prove() { "$build/tests/hypermap_linearizability" --server "$build/bin/hypermapd" "$@"; }
 
@@ -37,6 +45,13 @@ case $test in
     found=$(mktemp -d)
     trap 'rm -rf "$found"' EXIT
     for fault in stale_read lost_update double_apply lost_commits; do find_planted "$fault"; done
+    ;;
+  failovers) prove_fleet --failovers 6 ;;
+  finds_local_reads)
+    status=0
+    last=$(prove_fleet --plant local_reads --histories 20 | tee /dev/stderr | tail -1) || status=$?
+    if ((status == 77)); then exit 77; fi
+    [[ $last =~ \"violations\":1,\"undecided\":[0-9]+,\"holds\":false\}$ ]]
     ;;
   *)
     echo "test.sh: no test '$test'" >&2

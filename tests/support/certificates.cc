@@ -26,10 +26,11 @@ CertificateAuthority::CertificateAuthority(const TemporaryFolder& folder, const 
   Make(folder, name, "");
 }
 
-void CertificateAuthority::Sign(const std::string& name) const {
+void CertificateAuthority::Sign(const std::string& name,
+                                const std::string& alternative_names) const {
   Make(folder_, name,
        " -CA " + folder_ / (name_ + ".pem") + " -CAkey " + folder_ / (name_ + ".key") +
-           " -addext subjectAltName=DNS:localhost,IP:127.0.0.1"
+           " -addext subjectAltName=" + alternative_names +
            " -addext basicConstraints=critical,CA:FALSE");
 }
 

@@ -15,8 +15,9 @@ class CertificateAuthority {
   // Makes `name`.pem and `name`.key of the root.
   CertificateAuthority(const TemporaryFolder& folder, const std::string& name);
 
-  // Makes a certificate for localhost and 127.0.0.1.
-  void Sign(const std::string& name) const;
+  // Makes a certificate with these subject alternative names, as openssl writes them.
+  void Sign(const std::string& name,
+            const std::string& alternative_names = "DNS:localhost,IP:127.0.0.1") const;
 
  private:
   const TemporaryFolder& folder_;

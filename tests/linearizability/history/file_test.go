@@ -11,8 +11,9 @@ func TestAHistoryIsReadAsItWasWritten(t *testing.T) {
 	version := int64(7)
 	written := &History{
 		Seed: 11, Number: 3, Kills: 1,
-		Initial: Map{Incarnation: 1<<64 - 1, Revision: 2, NextID: 3, Objects: []Object{{ID: 1, Version: 2, Value: 5}}},
-		Events:  []Event{{At: time.Millisecond, What: "killed"}},
+		Initial:   Map{Incarnation: 1<<64 - 1, Revision: 2, NextID: 3, Objects: []Object{{ID: 1, Version: 2, Value: 5}}},
+		Events:    []Event{{At: time.Millisecond, What: "killed"}},
+		WriteGaps: []time.Duration{3 * time.Second},
 		Operations: []Operation{
 			{Client: 1, Call: 1, Return: 9, Attempts: 2, LastAttempt: 6,
 				Request: Request{RPC: ApplyEdits, ID: "r1", IfLayer: &version, Edits: []Edit{

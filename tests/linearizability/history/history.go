@@ -82,6 +82,8 @@ type Request struct {
 	// to wait for.
 	AtRevision  *int64 `json:"at_revision,omitempty"`
 	MinRevision int64  `json:"min_revision,omitempty"`
+	// Linearizable queries show what any server has acknowledged. A server alone answers all so.
+	Linearizable bool `json:"linearizable,omitempty"`
 }
 
 // IsRead reports whether the request changes nothing.
@@ -137,11 +139,13 @@ type Map struct {
 
 // History is one run. Operations are sorted by Call.
 type History struct {
-	Seed       uint64
-	Number     int
-	Initial    Map
-	Events     []Event
-	Kills      int
+	Seed    uint64
+	Number  int
+	Initial Map
+	Events  []Event
+	Kills   int
+	// WriteGaps are the times from each fault of a map's owner to the next write that was acknowledged.
+	WriteGaps  []time.Duration
 	Operations []Operation
 }
 

@@ -33,13 +33,39 @@ type client struct {
 	recording *recording
 	// awaitUp returns when the server runs.
 	awaitUp func(context.Context) error
+	manner  manner
+	// acknowledged counts the edits that were.
+	acknowledged int
 }
+
+// manner is how a client makes its attempts.
+type manner struct {
+	// deadline ends an attempt.
+	deadline time.Duration
+	// hangs tells that an attempt without an answer by then ends the run.
+	hangs bool
+	// giveUp is the probability with which an edit is given up after an attempt of unknown outcome.
+	giveUp float64
+	// pause is between two attempts.
+	pause time.Duration
+	// pace is the longest time between two operations.
+	pace time.Duration
+	// spreads tells that attempts go to different servers. An earlier one may then take effect after a
+	// later one was refused.
+	spreads bool
+}
+
+// toOne is the manner of a client of one server.
+var toOne = manner{deadline: callDeadline, hangs: true, giveUp: giveUpShare}
 
 // run makes operations until there are enough of all clients.
 func (c *client) run(ctx context.Context) error {
 	for ctx.Err() == nil && c.recording.take() {
 		if err := c.perform(ctx, c.workload.next()); err != nil {
 			return err
+		}
+		if c.manner.pace > 0 && pause(ctx, randomTime(c.random, c.manner.pace)) != nil {
+			return nil // The run has ended, and tells why.
 		}
 	}
 	return nil
@@ -57,6 +83,9 @@ func (c *client) perform(ctx context.Context, request *history.Request) error {
 	switch {
 	case err == nil:
 		operation.Answer = answer
+		if answer.Status == history.OK && !request.IsRead() {
+			c.acknowledged++
+		}
 		c.known.learn(request, answer)
 	case !errors.Is(err, errOutcomeUnknown):
 		return fmt.Errorf("client %d: %s: %w", c.number, request.RPC, err)
@@ -75,15 +104,25 @@ func (c *client) perform(ctx context.Context, request *history.Request) error {
 // gives up. It counts the attempts.
 //
 // The last answer tells the outcome of all attempts: they come over one connection, so that the server
-// learns of the end of an attempt before it gets the next one, unless it was killed in between.
+// learns of the end of an attempt before it gets the next one, unless it was killed in between. Only if
+// attempts are spread over servers, a refusal tells nothing of the earlier ones.
 func (c *client) callUntilKnown(
 	ctx context.Context, request *history.Request, operation *history.Operation,
 ) (*history.Answer, error) {
-	for {
+	for began := time.Now(); ; {
 		operation.Attempts++
 		answer, err := c.attempt(ctx, request)
-		if !errors.Is(err, errOutcomeUnknown) || request.ID == "" || c.random.Float64() < giveUpShare {
+		if c.manner.spreads && operation.Attempts > 1 && err == nil && answer.Status != history.OK {
+			return nil, errOutcomeUnknown
+		}
+		if !errors.Is(err, errOutcomeUnknown) || request.ID == "" || c.random.Float64() < c.manner.giveUp {
 			return answer, err
+		}
+		if time.Since(began) > callDeadline {
+			return nil, fmt.Errorf("no answer within %s", callDeadline)
+		}
+		if err := pause(ctx, c.manner.pause); err != nil {
+			return nil, err
 		}
 		if err := c.awaitUp(ctx); err != nil {
 			return nil, err
@@ -93,17 +132,31 @@ func (c *client) callUntilKnown(
 }
 
 func (c *client) attempt(ctx context.Context, request *history.Request) (*history.Answer, error) {
-	deadline := callDeadline
+	deadline := c.manner.deadline
 	if c.random.Float64() < impatientShare {
-		deadline = time.Duration(c.random.Int64N(int64(maxImpatience)))
+		deadline = randomTime(c.random, maxImpatience)
 	} else if request.MinRevision > 0 {
-		deadline = waitDeadline
+		deadline = min(deadline, waitDeadline)
 	}
 	ctx, cancel := context.WithTimeout(ctx, deadline)
 	defer cancel()
 	answer, err := c.caller.call(ctx, request)
-	if err != nil && deadline == callDeadline && errors.Is(ctx.Err(), context.DeadlineExceeded) {
+	if err != nil && c.manner.hangs && deadline == c.manner.deadline && errors.Is(ctx.Err(), context.DeadlineExceeded) {
 		return nil, fmt.Errorf("no answer within %s", callDeadline)
 	}
 	return answer, err
+}
+
+// pause returns after a time, or with an error if the context ends.
+func pause(ctx context.Context, duration time.Duration) error {
+	select {
+	case <-time.After(duration):
+		return nil
+	case <-ctx.Done():
+		return ctx.Err()
+	}
+}
+
+func randomTime(random *rand.Rand, below time.Duration) time.Duration {
+	return time.Duration(random.Int64N(int64(below)))
 }

@@ -28,6 +28,7 @@ func newTestClient(answers caller) *client {
 		number: r.newClient(), random: random, recording: r, known: known, caller: answers,
 		workload: &workload{random: random, places: 1, known: known},
 		awaitUp:  func(context.Context) error { return nil },
+		manner:   toOne,
 	}
 }
 
@@ -61,6 +62,27 @@ func TestAnEditIsRepeatedUntilItsOutcomeIsKnown(t *testing.T) {
 	}
 	if c.known.newestRevision() != 2 {
 		t.Errorf("the newest known revision is %d", c.known.newestRevision())
+	}
+}
+
+func TestARefusalByAnotherServerTellsNothingOfEarlierAttempts(t *testing.T) {
+	refused := &history.Answer{Status: history.Aborted}
+	for _, unknown := range []int{0, 1} {
+		calls := &scriptedCaller{answer: func(attempt int) (*history.Answer, error) {
+			if attempt <= unknown {
+				return nil, errOutcomeUnknown
+			}
+			return refused, nil
+		}}
+		c := newTestClient(calls)
+		c.manner = spread
+		if err := c.perform(context.Background(), edit("e1")); err != nil {
+			t.Fatal(err)
+		}
+		recorded := c.recording.operations
+		if len(recorded) != 1 || (recorded[0].Answer == nil) != (unknown == 1) {
+			t.Errorf("after %d attempts of unknown outcome got %+v", unknown, recorded)
+		}
 	}
 }
 

@@ -24,10 +24,12 @@ const (
 	// LostCommits removes the write-ahead log of the map's file when the server has been killed, as if
 	// commits had been acknowledged before they were on disk.
 	LostCommits = "lost_commits"
+	// LocalReads sends the questions to several servers without asking for linearizable answers.
+	LocalReads = "local_reads"
 )
 
 // Plants returns the names of all faults.
-func Plants() []string { return []string{StaleRead, LostUpdate, DoubleApply, LostCommits} }
+func Plants() []string { return []string{StaleRead, LostUpdate, DoubleApply, LostCommits, LocalReads} }
 
 // plant is a fault between the clients and the server, or of the server's disk.
 type plant struct {
@@ -55,6 +57,8 @@ func newPlant(name string) (plant, error) {
 	case DoubleApply:
 		sent := &sentRequests{attempts: map[*history.Request]int{}}
 		planted.before = func(c caller, _ *rand.Rand) caller { return freshIDs{c, sent} }
+	case LocalReads:
+		planted.before = func(c caller, _ *rand.Rand) caller { return localReads{c} }
 	case LostCommits:
 		planted.afterKill = removeLogs
 	default:
@@ -192,4 +196,12 @@ func (c freshIDs) call(ctx context.Context, request *history.Request) (*history.
 	fresh := *request
 	fresh.ID += "-" + strconv.Itoa(attempt)
 	return c.caller.call(ctx, &fresh)
+}
+
+type localReads struct{ caller }
+
+func (c localReads) call(ctx context.Context, request *history.Request) (*history.Answer, error) {
+	local := *request
+	local.Linearizable = false
+	return c.caller.call(ctx, &local)
 }

@@ -25,6 +25,11 @@ type Options struct {
 	Places     int
 	MaxKills   int    // 1 to this many, the last of them after the last edit
 	Plant      string // a fault, see newPlant; empty: none
+	// With Servers > 1 they share a database of the PostgreSQL cluster at Postgres, a URI without a
+	// database, and each kill is a fault of the map's owner, see fleet.
+	Servers  int
+	Postgres string
+	Watchers int // of several servers
 }
 
 // maxKillDelay bounds the time between the operation that a kill waits for, and the kill. It is about
@@ -39,6 +44,11 @@ type run struct {
 	plant     plant
 	recording *recording
 	known     *knowledge
+	// dial returns the calls of a client, and what closes its connections.
+	dial func(*rand.Rand) (caller, func(), error)
+	// awaitUp returns when a server runs.
+	awaitUp func(context.Context) error
+	manner  manner
 	// fail ends the context of the run.
 	fail context.CancelCauseFunc
 }
@@ -56,10 +66,12 @@ func Record(ctx context.Context, options Options) (*history.History, error) {
 	}
 	ctx, fail := context.WithCancelCause(ctx)
 	defer fail(nil)
-	server := newServer(options.Server, filepath.Join(options.Folder, "data"), filepath.Join(options.Folder, "server.log"), fail)
-	defer server.kill()
-	r := &run{options: options, schema: schema, plant: plant, server: server, fail: fail}
-	h, err := r.record(ctx)
+	r := &run{options: options, schema: schema, plant: plant, fail: fail}
+	record := r.recordServer
+	if options.Servers > 1 {
+		record = r.recordFleet
+	}
+	h, err := record(ctx)
 	if cause := context.Cause(ctx); cause != nil {
 		return nil, cause // Of the error, too.
 	}
@@ -71,7 +83,12 @@ func (r *run) random(part int) *rand.Rand {
 	return rand.New(rand.NewPCG(r.options.Seed, uint64(r.options.Number)<<32|uint64(part)))
 }
 
-func (r *run) record(ctx context.Context) (*history.History, error) {
+// recordServer makes a history with one server.
+func (r *run) recordServer(ctx context.Context) (*history.History, error) {
+	r.server = newServer(r.options.Server, filepath.Join(r.options.Folder, "data"), filepath.Join(r.options.Folder, "server.log"), r.fail)
+	defer r.server.kill()
+	r.dial = func(*rand.Rand) (caller, func(), error) { return dialServer(r.schema, r.server) }
+	r.awaitUp, r.manner = r.server.awaitUp, toOne
 	if err := r.server.start(); err != nil {
 		return nil, err
 	}
@@ -87,7 +104,12 @@ func (r *run) record(ctx context.Context) (*history.History, error) {
 	r.recording, r.known = newRecording(r.options.Operations), newKnowledge(initial)
 	killer := r.random(0)
 	kills := 1 + killer.IntN(r.options.MaxKills)
-	if err := r.runClients(ctx, killer, kills-1); err != nil {
+	times := r.killTimes(killer, kills-1)
+	err = r.runClients(ctx, func() error { return r.killAt(ctx, killer, times) })
+	if err != nil {
+		return nil, err
+	}
+	if err := r.restart(); err != nil {
 		return nil, err
 	}
 	if err := r.readAtTheEnd(ctx); err != nil {
@@ -99,9 +121,8 @@ func (r *run) record(ctx context.Context) (*history.History, error) {
 	}, nil
 }
 
-// runClients lets the clients make the operations, while the server is killed.
-func (r *run) runClients(ctx context.Context, killer *rand.Rand, kills int) error {
-	times := r.killTimes(killer, kills)
+// runClients lets the clients make the operations, and calls `harm` meanwhile.
+func (r *run) runClients(ctx context.Context, harm func() error) error {
 	var clients sync.WaitGroup
 	for i := range r.options.Clients {
 		clients.Add(1)
@@ -110,7 +131,7 @@ func (r *run) runClients(ctx context.Context, killer *rand.Rand, kills int) erro
 			r.failIf(r.runClient(ctx, i+1))
 		}()
 	}
-	r.failIf(r.killAt(ctx, killer, times))
+	r.failIf(harm())
 	clients.Wait()
 	return context.Cause(ctx)
 }
@@ -131,27 +152,37 @@ func (r *run) runClient(ctx context.Context, part int) error {
 	return c.run(ctx)
 }
 
-// connectedClient is a client with the connection that it owns.
+// connectedClient is a client with the connections that it owns.
 type connectedClient struct {
 	client
-	*connection
+	close func()
 }
 
 func (r *run) newClient(part int) (*connectedClient, error) {
-	connection, err := connect(r.schema, r.server.currentAddress)
+	random := r.random(part)
+	calls, closeCalls, err := r.dial(random)
 	if err != nil {
 		return nil, err
 	}
-	random := r.random(part)
 	return &connectedClient{client{
 		number:    r.recording.newClient(),
 		random:    random,
-		workload:  &workload{random: random, places: r.options.Places, known: r.known},
-		caller:    lossyCaller{r.plant.before(serverCaller{connection}, random), random},
+		workload:  &workload{random: random, places: r.options.Places, known: r.known, linearizable: r.options.Servers > 1},
+		caller:    lossyCaller{r.plant.before(calls, random), random},
 		known:     r.known,
 		recording: r.recording,
-		awaitUp:   r.server.awaitUp,
-	}, connection}, nil
+		awaitUp:   r.awaitUp,
+		manner:    r.manner,
+	}, closeCalls}, nil
+}
+
+// dialServer returns calls of one server.
+func dialServer(s *schema, of *server) (caller, func(), error) {
+	connection, err := connect(s, of.currentAddress)
+	if err != nil {
+		return nil, nil, err
+	}
+	return serverCaller{connection}, connection.close, nil
 }
 
 // killTimes returns channels that are closed when random operations begin, in their order.
@@ -177,7 +208,7 @@ func (r *run) killAt(ctx context.Context, random *rand.Rand, times []<-chan stru
 		case <-ctx.Done():
 			return nil // A client has failed, and tells why.
 		}
-		time.Sleep(time.Duration(random.Int64N(int64(maxKillDelay))))
+		time.Sleep(randomTime(random, maxKillDelay))
 		if err := r.restart(); err != nil {
 			return err
 		}
@@ -197,24 +228,28 @@ func (r *run) restart() error {
 	return err
 }
 
-// readAtTheEnd kills the server once more, and reads what it has stored.
+// readAtTheEnd reads what is stored, after the servers were killed once more.
 func (r *run) readAtTheEnd(ctx context.Context) error {
-	if err := r.restart(); err != nil {
-		return err
-	}
 	c, err := r.newClient(r.options.Clients + 1)
 	if err != nil {
 		return err
 	}
 	defer c.close()
-	for _, rpc := range []history.RPC{history.QueryArea, history.GetMap} {
+	questions := []*history.Request{{RPC: history.QueryArea}, {RPC: history.GetMap}}
+	if r.options.Servers > 1 {
+		questions = []*history.Request{{RPC: history.QueryArea, Linearizable: true}}
+	}
+	for _, question := range questions {
 		before := len(r.recording.operations)
-		for range 10 { // A read with a short deadline may get no answer.
-			if err := c.perform(ctx, &history.Request{RPC: rpc}); err != nil {
+		for range 100 { // A read with a short deadline may get no answer.
+			if err := c.perform(ctx, question); err != nil {
 				return err
 			}
 			if len(r.recording.operations) > before {
 				break
+			}
+			if err := pause(ctx, c.manner.pause); err != nil {
+				return err
 			}
 		}
 		if len(r.recording.operations) == before {

@@ -14,8 +14,9 @@ import (
 type recording struct {
 	start time.Time
 	// The number of operations that have begun, and the number with which the clients end.
-	begun atomic.Int64
-	limit int64
+	begun   atomic.Int64
+	limit   int64
+	stopped atomic.Bool
 	// Channels that are closed when the operation of this number begins.
 	marks map[int64]chan struct{}
 	// The number of the next client.
@@ -48,8 +49,11 @@ func (r *recording) take() bool {
 	if mark, ok := r.marks[number]; ok {
 		close(mark)
 	}
-	return number <= r.limit
+	return number <= r.limit && !r.stopped.Load()
 }
+
+// stop lets the clients end before the limit.
+func (r *recording) stop() { r.stopped.Store(true) }
 
 // newClient returns the number of a client that has no operations yet.
 func (r *recording) newClient() int { return int(r.clients.Add(1)) - 1 }

@@ -21,6 +21,8 @@ type server struct {
 	program string
 	dataDir string
 	logFile string
+	// flags are further arguments, which may be changed while the server is down.
+	flags []string
 	// onDeath is called if a process ends in another way than by kill.
 	onDeath func(error)
 
@@ -50,7 +52,8 @@ func (s *server) start() error {
 	}
 	defer log.Close()
 	// Answers with more than two objects come in several messages.
-	command := exec.Command(s.program, "--data_dir="+s.dataDir, "--listen=127.0.0.1:0", "--chunk_items=2")
+	flags := append([]string{"--data_dir=" + s.dataDir, "--listen=127.0.0.1:0", "--chunk_items=2"}, s.flags...)
+	command := exec.Command(s.program, flags...)
 	command.Stderr = log
 	// The server does not outlive this program.
 	command.SysProcAttr = &syscall.SysProcAttr{Pdeathsig: syscall.SIGKILL}
@@ -106,6 +109,23 @@ func (s *server) kill() {
 		_ = p.Process.Kill()
 		<-p.ended
 	}
+}
+
+// freeze stops the process with SIGSTOP until thaw. REQUIRES: the server runs.
+func (s *server) freeze() error { return s.signal(syscall.SIGSTOP) }
+func (s *server) thaw() error   { return s.signal(syscall.SIGCONT) }
+
+func (s *server) signal(signal syscall.Signal) error {
+	s.mutex.Lock()
+	defer s.mutex.Unlock()
+	return s.process.Process.Signal(signal)
+}
+
+// isUp reports whether the server runs or is frozen.
+func (s *server) isUp() bool {
+	s.mutex.Lock()
+	defer s.mutex.Unlock()
+	return s.process != nil
 }
 
 // currentAddress returns the address of the server, or its last one while it is down.

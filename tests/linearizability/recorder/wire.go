@@ -72,6 +72,9 @@ func encodeQuery(request *history.Request) object {
 	if request.MinRevision > 0 {
 		asOf["minRevision"] = request.MinRevision
 	}
+	if request.Linearizable {
+		asOf["consistency"] = "CONSISTENCY_LINEARIZABLE"
+	}
 	if len(asOf) > 0 {
 		fields["asOf"] = asOf
 	}

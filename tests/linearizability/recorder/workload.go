@@ -14,6 +14,8 @@ type workload struct {
 	random *rand.Rand
 	places int
 	known  *knowledge
+	// linearizable makes all reads linearizable questions: there are several servers.
+	linearizable bool
 }
 
 // The shares of the requests. The rest are edits of a single object.
@@ -45,9 +47,9 @@ func (w *workload) next() *history.Request {
 }
 
 func (w *workload) read() *history.Request {
-	request := &history.Request{}
+	request := &history.Request{Linearizable: w.linearizable}
 	switch pick := w.random.Float64(); {
-	case pick < 0.15:
+	case pick < 0.15 && !w.linearizable: // GetMap is no question.
 		request.RPC = history.GetMap
 		return request
 	case pick < 0.60:

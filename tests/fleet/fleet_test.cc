@@ -1,0 +1,311 @@
+// Sites that share a database: each map has one owner, and all sites show it.
+#include <chrono>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/synchronization/notification.h"
+#include "absl/time/clock.h"
+#include "base/status/status_macros.h"
+#include "gmock/gmock.h"
+#include "gtest/gtest.h"
+#include "server/rpc/revision_wait.h"
+#include "server/session/not_owner.h"
+#include "server/session/site.h"
+#include "server/watch/watch_source.h"
+#include "storage/conformance/testing/edited_map.h"
+#include "storage/libpq/connection.h"
+#include "storage/libpq/testing/cluster.h"
+#include "storage/postgres/postgres_store.h"
+
+namespace hypermap::server {
+namespace {
+
+using storage::ExpectSame;
+using storage::SemanticSpec;
+using storage::UnitSquare;
+
+constexpr absl::Duration kDeadline = absl::Seconds(60);
+
+// Runs no loops: a follower stays at the revision at which it was opened.
+class StillExecutor : public Executor {
+ public:
+  SteadyTime Now() const override { return SteadyTime::Now(); }
+  absl::StatusOr<std::unique_ptr<Running>> Start(ThreadName /*name*/, Step /*step*/) override {
+    return std::make_unique<StillLoop>();
+  }
+
+ private:
+  class StillLoop : public Running {
+   public:
+    void Wake() override {}
+    void Join() override {}
+  };
+};
+
+class FleetTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    HYPERMAP_SKIP_WITHOUT_POSTGRES();
+    database_ = *storage::postgres::Cluster::Shared().CreateDatabase();
+  }
+
+  std::unique_ptr<Site> OpenSite(const std::string& id, const SessionOptions& session = {}) const {
+    storage::PostgresOptions options;
+    options.target = database_;
+    options.server_id = id;
+    options.lease = absl::Seconds(2);
+    auto store = storage::OpenPostgresStore(options);
+    EXPECT_TRUE(store.ok()) << store.status();
+    auto site = Site::Open(*std::move(store), session);
+    EXPECT_TRUE(site.ok()) << site.status();
+    (*site)->Advertise(absl::StrCat(id, ":1"));
+    return *std::move(site);
+  }
+
+  static bool Await(const std::function<bool()>& holds) {
+    const absl::Time deadline = absl::Now() + kDeadline;
+    while (!holds()) {
+      if (absl::Now() > deadline) return false;
+      absl::SleepFor(absl::Milliseconds(5));
+    }
+    return true;
+  }
+  static std::shared_ptr<MapSession> AwaitMap(Site& site, const std::string& map) {
+    EXPECT_TRUE(Await([&] { return site.Find(map).ok(); })) << map;
+    return *site.Find(map);
+  }
+  static bool IsOwner(Site& site, const std::string& map) {
+    const auto session = site.Find(map);
+    return session.ok() && !(*session)->is_follower();
+  }
+  static void AwaitRevision(Site& site, const std::string& map, Revision revision) {
+    EXPECT_TRUE(Await([&] {
+      const auto session = site.Find(map);
+      return session.ok() && (*session)->snapshot()->revision >= revision;
+    })) << "revision "
+        << revision;
+  }
+  static absl::StatusOr<storage::Receipt> Edit(Site& site, const std::string& map,
+                                               const EditBatch& batch,
+                                               const std::string& request_id = "") {
+    auto session = site.Find(map);
+    if (!session.ok()) return session.status();
+    return (*session)->SubmitAndWait({batch, "tester", request_id});
+  }
+
+  std::string database_;
+};
+
+TEST_F(FleetTest, FollowerShowsWhatTheOwnerShows) {
+  const auto owner = OpenSite("a");
+  ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*owner, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  const auto follower = OpenSite("b");
+  const std::shared_ptr<MapSession> followed = AwaitMap(*follower, "site");
+  EXPECT_TRUE(followed->is_follower());
+  EXPECT_EQ(followed->incarnation(), (*owner->Find("site"))->incarnation());
+  const Revision from = followed->snapshot()->revision;
+  for (int i = 0; i < 50; ++i) {
+    ASSERT_TRUE(Edit(*owner, "site", {{PutObject{"s", UnitSquare("chair"), ""}}}).ok());
+  }
+  AwaitRevision(*follower, "site", 51);
+  ExpectSame(*followed->snapshot(), *(*owner->Find("site"))->snapshot());
+  EXPECT_EQ(followed->snapshot()->layer_versions,
+            (*owner->Find("site"))->snapshot()->layer_versions);
+  // Watches of the follower get each revision once, in order.
+  const auto commits = followed->feed().Read(from, 1000);
+  ASSERT_TRUE(commits.has_value());
+  ASSERT_EQ(commits->size(), 51u - from);
+  for (size_t i = 0; i < commits->size(); ++i) {
+    EXPECT_EQ((*commits)[i].revision, from + 1 + static_cast<Revision>(i));
+    EXPECT_EQ((*commits)[i].author, "tester");
+  }
+  // The past is read from the same store.
+  const auto history = followed->OpenHistory();
+  ASSERT_TRUE(history.ok()) << history.status();
+  EXPECT_EQ((*(*history)->At(20))->structure()->revision, 20);
+}
+
+// The revision that a linearizable question to the site is answered from.
+absl::StatusOr<Revision> AskLinearizable(Site& site, const std::string& map) {
+  Facilities facilities{};
+  facilities.site = &site;
+  v1::Scope scope;
+  scope.set_map(map);
+  v1::AsOf as_of;
+  as_of.set_consistency(v1::CONSISTENCY_LINEARIZABLE);
+  RevisionWait wait;
+  absl::StatusOr<Revision> reached;
+  absl::Notification ended;
+  wait.Start(facilities, scope, as_of, [&](const absl::StatusOr<Revision>& least) {
+    reached = least;
+    ended.Notify();
+  });
+  if (!ended.WaitForNotificationWithTimeout(kDeadline)) wait.Stop();
+  HYPERMAP_RETURN_IF_ERROR(reached.status());
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session, site.Find(map));
+  return session->snapshot()->revision;
+}
+
+TEST_F(FleetTest, LinearizableQuestionAtAFollowerShowsWhatTheOwnerHasAcknowledged) {
+  constexpr int kEdits = 1000;
+  const auto owner = OpenSite("a");
+  ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*owner, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  const auto follower = OpenSite("b");
+  AwaitMap(*follower, "site");
+  int num_late = 0;
+  for (int i = 0; i < kEdits; ++i) {
+    const auto receipt = Edit(*owner, "site", {{PutObject{"s", UnitSquare("chair"), ""}}});
+    ASSERT_TRUE(receipt.ok()) << receipt.status();
+    if ((*follower->Find("site"))->snapshot()->revision < receipt->revision) ++num_late;
+    const auto shown = AskLinearizable(*follower, "site");
+    ASSERT_TRUE(shown.ok()) << shown.status();
+    ASSERT_GE(*shown, receipt->revision);
+  }
+  // Otherwise a question that does not wait would have passed, too.
+  EXPECT_GT(num_late, 0);
+}
+
+TEST_F(FleetTest, LinearizableQuestionIsNotAnsweredFromADeletedMap) {
+  const auto owner = OpenSite("a");
+  ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());
+  const auto follower = OpenSite("b");
+  AwaitMap(*follower, "site");
+  ASSERT_TRUE(owner->Delete("site", "delete").ok());
+  EXPECT_EQ(AskLinearizable(*follower, "site").status().code(), absl::StatusCode::kNotFound);
+  ASSERT_TRUE(owner->Create({"site", "map", "anew"}).ok());
+  // Until it has found the new map.
+  absl::StatusOr<Revision> shown;
+  EXPECT_TRUE(Await([&] {
+    shown = AskLinearizable(*follower, "site");
+    EXPECT_TRUE(shown.ok() || absl::IsUnavailable(shown.status())) << shown.status();
+    return shown.ok();
+  }));
+  EXPECT_EQ((*follower->Find("site"))->incarnation(), (*owner->Find("site"))->incarnation());
+}
+
+TEST_F(FleetTest, WatchThatIsAheadOfAFollowerComesAgain) {
+  const auto owner = OpenSite("a");
+  ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());
+  StillExecutor still;
+  SessionOptions options;
+  options.executor = &still;
+  const auto follower = OpenSite("b", options);
+  ASSERT_TRUE(Edit(*owner, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  ASSERT_EQ((*follower->Find("site"))->snapshot()->revision, 0);
+  Facilities facilities{};
+  facilities.site = follower.get();
+  const WatchTuning tuning;
+  WatchGroups groups{Limits()};
+  v1::WatchRequest request;
+  request.mutable_scope()->set_map("site");
+  const auto resume = [&](Revision revision) {
+    request.set_start_revision(revision);
+    return WatchSource::Open(facilities, tuning, &groups, request).status().code();
+  };
+  EXPECT_EQ(resume(0), absl::StatusCode::kOk);
+  EXPECT_EQ(resume(1), absl::StatusCode::kUnavailable);
+  EXPECT_EQ(resume(2), absl::StatusCode::kOutOfRange);
+}
+
+TEST_F(FleetTest, FollowerTellsWhoWritesTheMap) {
+  const auto owner = OpenSite("a");
+  ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());
+  const auto follower = OpenSite("b");
+  AwaitMap(*follower, "site");
+  std::optional<std::string> address;
+  EXPECT_TRUE(Await([&] {
+    const absl::Status status =
+        Edit(*follower, "site", {{CreateLayer{SemanticSpec("s")}}}).status();
+    EXPECT_TRUE(absl::IsUnavailable(status)) << status;
+    address = OwnerAddressOf(status);
+    return address.has_value();
+  }));
+  EXPECT_EQ(address, "a:1");
+  EXPECT_EQ((*owner->Find("site"))->snapshot()->revision, 0);
+}
+
+TEST_F(FleetTest, MapOfASiteThatClosesIsTakenOver) {
+  auto owner = OpenSite("a");
+  ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*owner, "site", {{CreateLayer{SemanticSpec("s")}}}, "first").ok());
+  const auto follower = OpenSite("b");
+  AwaitMap(*follower, "site");
+  owner.reset();
+  ASSERT_TRUE(Await([&] { return IsOwner(*follower, "site"); }));
+  // A request that the former owner has carried out is answered as it was.
+  const auto again = Edit(*follower, "site", {{CreateLayer{SemanticSpec("s")}}}, "first");
+  ASSERT_TRUE(again.ok()) << again.status();
+  EXPECT_EQ(again->revision, 1);
+  const auto next = Edit(*follower, "site", {{PutObject{"s", UnitSquare("chair"), ""}}});
+  ASSERT_TRUE(next.ok()) << next.status();
+  EXPECT_EQ(next->revision, 2);
+}
+
+TEST_F(FleetTest, AReplacedOwnerRefusesNoEdits) {
+  const auto site = OpenSite("a");
+  ASSERT_TRUE(site->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*site, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  const EditBatch refused{{DeleteLayer{"other"}}};
+  EXPECT_EQ(Edit(*site, "site", refused).status().code(), absl::StatusCode::kNotFound);
+  // Another server takes the map over, as if this one had been frozen.
+  storage::postgres::ConnectOptions options;
+  options.target = database_;
+  const auto connection = storage::postgres::Connection::Open(options);
+  ASSERT_TRUE(connection.ok()) << connection.status();
+  ASSERT_TRUE(
+      (*connection)->Execute("UPDATE hypermap.maps SET owner = 'b', epoch = epoch + 1").ok());
+  // It may have made the layer.
+  EXPECT_EQ(Edit(*site, "site", refused).status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST_F(FleetTest, MapsThatAreMadeAndDeletedElsewhereComeAndGo) {
+  const auto one = OpenSite("a");
+  const auto other = OpenSite("b");
+  ASSERT_TRUE(one->Create({"site", "map", "make"}).ok());
+  AwaitMap(*other, "site");
+  EXPECT_EQ(other->Create({"site", "map", "other"}).status().code(),
+            absl::StatusCode::kAlreadyExists);
+  ASSERT_TRUE(one->Delete("site", "delete").ok());
+  EXPECT_TRUE(Await([&] { return absl::IsNotFound(other->Find("site").status()); }));
+  // A new map of the name is another incarnation.
+  // The other site may still be at forgetting the map.
+  ASSERT_TRUE(Await([&] { return other->Create({"site", "map", "anew"}).ok(); }));
+  AwaitMap(*one, "site");
+  EXPECT_EQ((*one->Find("site"))->incarnation(), (*other->Find("site"))->incarnation());
+}
+
+TEST_F(FleetTest, MapsAreSharedOutAmongTheSites) {
+  constexpr int kMaps = 12;
+  const auto first = OpenSite("a");
+  for (int i = 0; i < kMaps; ++i) {
+    const std::string map = absl::StrCat("map-", i);
+    ASSERT_TRUE(first->Create({map, "map", "make"}).ok());
+    ASSERT_TRUE(Edit(*first, map, {{CreateLayer{SemanticSpec("s")}}}).ok());
+  }
+  const auto second = OpenSite("b");
+  const auto count_owned = [&](Site& site) {
+    int owned = 0;
+    for (int i = 0; i < kMaps; ++i) owned += IsOwner(site, absl::StrCat("map-", i)) ? 1 : 0;
+    return owned;
+  };
+  EXPECT_TRUE(Await([&] {
+    const int owned = count_owned(*second);
+    return owned > 1 && count_owned(*first) == kMaps - owned;
+  }));
+  // Each map is written by one of them, and shown by both.
+  for (int i = 0; i < kMaps; ++i) {
+    const std::string map = absl::StrCat("map-", i);
+    Site& owner = IsOwner(*first, map) ? *first : *second;
+    ASSERT_TRUE(Edit(owner, map, {{PutObject{"s", UnitSquare("chair"), ""}}}).ok());
+    AwaitRevision(*first, map, 2);
+    AwaitRevision(*second, map, 2);
+  }
+}
+
+}  // namespace
+}  // namespace hypermap::server

@@ -1,0 +1,180 @@
+"""Several servers on one database: their clients go on with another one when theirs dies.
+
+The clients are those in C++, as the `hypermap` command has them. The tests of the Python and the
+TypeScript client are with them.
+"""
+
+import itertools
+import json
+import signal
+import subprocess
+import time
+
+import grpc
+
+import rpc
+import sites
+from fleet import FleetTest
+from processes import BIN, DEADLINE_S, cli
+
+
+def changes(events):
+    """Yields the events of a watch without those that only tell its progress."""
+    return (event for event in events if "time" in event)
+
+
+def failure(call, **arguments):
+    """Returns the code with which a call fails; None if it does not."""
+    try:
+        call(**arguments)
+    except grpc.RpcError as error:
+        return error.code()
+    return None
+
+
+class FailoverTest(FleetTest):
+    def setUp(self):
+        super().setUp()
+        self.fleet = self.servers(2)
+
+    def begin(self, *arguments, servers=None):
+        """Starts a command with the addresses of all servers, which ends with the test."""
+        command = subprocess.Popen(
+            [BIN / "hypermap", "--server", servers or self.fleet.addresses, *map(str, arguments)],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(command.kill)
+        return command
+
+    def test_a_load_loses_nothing(self):
+        """Editors, watches, replicas and streams of observations, whose server is killed twice."""
+        self.check_load(self.fleet.addresses, killed=[0, 1])
+
+    def test_a_load_at_a_server_that_follows_loses_nothing(self):
+        """The owner is killed, to which their server passes on what they change."""
+        with rpc.Client(self.fleet[0].address) as client:
+            client.CreateMap(map="site")
+        self.fleet.await_map("site")
+        self.check_load(f"{self.fleet[1].address},{self.fleet[0].address}", killed=[0])
+
+    def check_load(self, addresses, killed):
+        load = self.begin("--json", "bench", "site", "--robots=4", "--observe_hz=2", "--replicas=3",
+                          "--full_replicas=2", "--watchers=3", "--editors=3", "--edits_hz=10",
+                          "--warmup_seconds=1", f"--seconds={12 * len(killed)}", servers=addresses)
+        self.await_revisions(40)
+        watch = self.begin("--json", "watch", "site", "--from=0", servers=addresses)
+        for i in killed:
+            self.assertEqual(self.fleet.owner_of("site"), i)
+            self.fleet.kill(i)
+            self.await_revisions(40)
+            self.fleet.restart(i)
+        report, errors = load.communicate(timeout=DEADLINE_S)
+        self.assertEqual(load.returncode, 0, report + errors)
+        # Each change was told once and in order: as it is told to one who asks now.
+        newest = f"--until={self.revision()}"
+        afterwards = list(changes(self.fleet[1].json_lines("watch", "site", "--from=0", newest)))
+        self.assertGreater(len(afterwards), 100)
+        told = changes(map(json.loads, watch.stdout))
+        self.assertEqual(list(itertools.islice(told, len(afterwards))), afterwards)
+
+    def test_commands_pass_over_a_server_that_is_gone(self):
+        with rpc.Client(self.fleet[1].address) as client:
+            sites.make(client)
+        self.fleet.kill(0)
+        maps = cli("--server", self.fleet.addresses, "--json", "maps")
+        self.assertEqual(maps.returncode, 0, maps.stderr)
+        self.assertIn("site", maps.stdout)
+        alone = cli("--server", self.fleet[0].address, "maps")
+        self.assert_fails(alone, "unavailable", code=alone.returncode)
+
+    def test_servers_and_owners_are_listed(self):
+        with rpc.Client(self.fleet[1].address) as client:
+            sites.make(client)
+        self.fleet.await_map("site", revision=3)
+        listed = self.fleet[0].json("servers")
+        self.assertEqual(listed["answered_by"], "server_0")
+        self.assertEqual([(s["id"], s["address"], s["maps"]) for s in listed["servers"]],
+                         [("server_0", self.fleet[0].address, 0), ("server_1", self.fleet[1].address, 1)])
+        (site,) = listed["maps"]
+        self.assertEqual((site["name"], site["owner"], site["stored_revision"], site["lag"]),
+                         ("site", "server_1", 3, 0))
+        self.assertIn("server_1", self.fleet[1].cli("servers").stdout)
+
+        self.fleet.kill(1)
+        self.fleet.await_owner("site", 0)
+        (left,) = self.fleet[0].json("servers")["servers"]
+        self.assertEqual((left["id"], left["maps"]), ("server_0", 1))
+
+    def test_a_frozen_server_is_left(self):
+        """Its connections stay open, also new ones, but nothing comes back."""
+        with rpc.Client(self.fleet[0].address) as client:
+            sites.make(client)
+        self.fleet.await_map("site", revision=3)
+        watch = self.begin("--json", "watch", "site")
+        self.assertTrue(watch.stdout.readline())
+        self.fleet[0].signal(signal.SIGSTOP)
+        self.addCleanup(self.fleet[0].signal, signal.SIGCONT)
+        features = self.folder / "edit.geojson"
+        features.write_text(json.dumps({"type": "FeatureCollection", "features": [
+            {"type": "Feature", "properties": {"label": "cup"},
+             "geometry": {"type": "Point", "coordinates": [1, 2]}}]}))
+        edit = cli("--server", self.fleet.addresses, "--retry=60s", "edit", "site", features,
+                   "--layer=things")
+        self.assertEqual(edit.returncode, 0, edit.stderr)
+        (change,) = itertools.islice(changes(map(json.loads, watch.stdout)), 1)
+        self.assertEqual((change["revision"], change["op"]), (4, "put"))
+
+    def test_no_server_answers_with_less_than_was_seen(self):
+        with rpc.Client(self.fleet[0].address) as owner, rpc.Client(self.fleet[1].address) as other:
+            sites.make(owner)
+            self.fleet.await_map("site")
+            incarnation = owner.GetMap(map="site").map.incarnation
+            for i in range(50):
+                edited = owner.ApplyEdits(map="site", edits=[sites.put(f"cup {i}", 0, 0)])
+                as_of = {"seen_revision": edited.revision, "seen_incarnation": incarnation}
+                query = {"scope": rpc.scope("site"), "as_of": as_of}
+                asked = other.QueryPoint(**query, point=rpc.point(9, 9))
+                self.assertGreaterEqual(asked.revision, edited.revision)
+                (part, *_) = other.QueryArea(**query, area=sites.square(9, 9))
+                self.assertGreaterEqual(part.revision, edited.revision)
+
+    def test_a_revision_that_does_not_come_is_waited_for_a_short_time(self):
+        with rpc.Client(self.fleet[0].address) as owner, rpc.Client(self.fleet[1].address) as other:
+            sites.make(owner)
+            self.fleet.await_map("site", revision=3)
+            incarnation = owner.GetMap(map="site").map.incarnation
+            for seen, code in ((incarnation, grpc.StatusCode.UNAVAILABLE), (incarnation + 1, None)):
+                as_of = {"seen_revision": 99, "seen_incarnation": seen}
+                self.assertEqual(code, failure(
+                    other.QueryPoint, scope=rpc.scope("site"), as_of=as_of, point=rpc.point(0, 0)))
+
+    def test_a_follower_that_is_behind_asks_to_come_again(self):
+        with rpc.Client(self.fleet[0].address) as owner, rpc.Client(self.fleet[1].address) as other:
+            sites.make(owner)
+            self.fleet.await_map("site", revision=3)
+            incarnation = owner.GetMap(map="site").map.incarnation
+            known = {**rpc.scope("site"), "incarnation": incarnation}
+            for client, scope, code in (
+                    (other, known, grpc.StatusCode.UNAVAILABLE),
+                    (other, rpc.scope("site"), grpc.StatusCode.OUT_OF_RANGE),
+                    (owner, known, grpc.StatusCode.OUT_OF_RANGE)):
+                self.assertEqual(
+                    failure(lambda: list(client.ListChanges(scope=scope, from_revision=9))), code)
+
+    def revision(self):
+        """The newest revision of the map at the first server that has it; 0 if there is none yet."""
+        for server in self.fleet:
+            if server.running():
+                with rpc.Client(server.address) as client:
+                    try:
+                        return sites.revision(client)
+                    except grpc.RpcError as error:
+                        if error.code() not in (grpc.StatusCode.NOT_FOUND, grpc.StatusCode.UNAVAILABLE):
+                            raise
+        return 0
+
+    def await_revisions(self, number):
+        """Waits until the map has so many more revisions."""
+        deadline, first = time.monotonic() + DEADLINE_S, self.revision()
+        while self.revision() < first + number:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.01)
