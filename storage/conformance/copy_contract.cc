@@ -185,7 +185,8 @@ TEST_P(CopyContract, UnfinishedCopyOfAnotherMapIsReplaced) {
 TEST_P(CopyContract, MapOfTheNameIsNotReplaced) {
   const EditedMap map = CreateMap(*store_, "site");
   const EditedMap other = CreateMap(*other_, "site");
-  EXPECT_TRUE(absl::IsAlreadyExists(BeginCopy(*map.stored, map.stored->header(), *other_).status()));
+  EXPECT_TRUE(
+      absl::IsAlreadyExists(BeginCopy(*map.stored, map.stored->header(), *other_).status()));
 }
 
 TEST_P(CopyContract, CopyThatWasBrokenOffGoesOn) {
