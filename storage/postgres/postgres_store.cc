@@ -38,6 +38,9 @@ namespace {
 constexpr absl::Duration kLeasePause = absl::Milliseconds(100);
 // Callers wait for this read, which waits for no locks.
 constexpr absl::Duration kNewestTimeout = absl::Seconds(5);
+// The SQLSTATE of a session that pg_terminate_backend has ended.
+constexpr char kSessionEnded[] = "57P01";
+constexpr int kOpenAttempts = 5;
 // Rows of deleted maps that are removed in one step.
 constexpr int kRowsPerStep = 5000;
 
@@ -571,6 +574,18 @@ absl::StatusOr<std::optional<std::string>> PostgresStore::FindDeletion(
   return name;
 }
 
+absl::StatusOr<std::unique_ptr<MapStore>> Open(const PostgresOptions& options) {
+  const ConnectOptions connect = WriterOptionsOf(options);
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> catalog, Connection::Open(connect));
+  HYPERMAP_RETURN_IF_ERROR(PrepareSchema(catalog.get()).status());
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<ServerLease> lease,
+                            ServerLease::Take({connect, options.server_id, options.lease}));
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> notes, FindRisks(catalog.get()));
+  HYPERMAP_RETURN_IF_ERROR(RemoveHiddenCopies(catalog.get(), options.server_id));
+  return std::make_unique<PostgresStore>(options, std::move(catalog), std::move(lease),
+                                         std::move(notes));
+}
+
 }  // namespace
 }  // namespace postgres
 
@@ -578,17 +593,13 @@ absl::StatusOr<std::unique_ptr<MapStore>> OpenPostgresStore(const PostgresOption
   PostgresOptions complete = options;
   if (complete.server_id.empty()) complete.server_id = absl::StrCat(absl::Hex(NewIncarnation()));
   HYPERMAP_RETURN_IF_ERROR(postgres::CheckServerId(complete.server_id));
-  const postgres::ConnectOptions connect = postgres::WriterOptionsOf(complete);
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<postgres::Connection> catalog,
-                            postgres::Connection::Open(connect));
-  HYPERMAP_RETURN_IF_ERROR(postgres::PrepareSchema(catalog.get()).status());
-  HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<postgres::ServerLease> lease,
-      postgres::ServerLease::Take({connect, complete.server_id, complete.lease}));
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> notes, postgres::FindRisks(catalog.get()));
-  HYPERMAP_RETURN_IF_ERROR(postgres::RemoveHiddenCopies(catalog.get(), complete.server_id));
-  return std::make_unique<postgres::PostgresStore>(std::move(complete), std::move(catalog),
-                                                   std::move(lease), std::move(notes));
+  for (int attempt = 1;; ++attempt) {
+    auto store = postgres::Open(complete);
+    // A server that takes over the maps of an earlier process with this id ends all sessions of the
+    // id, until this one has its lease (EndSessionsOfLostOwner).
+    const bool was_ended = postgres::SqlStateOf(store.status()) == postgres::kSessionEnded;
+    if (!was_ended || attempt == postgres::kOpenAttempts) return store;
+  }
 }
 
 }  // namespace hypermap::storage

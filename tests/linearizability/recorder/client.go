@@ -21,6 +21,9 @@ const (
 	waitDeadline = 2 * time.Second
 	// A server that takes this long for an answer hangs, which ends the run.
 	callDeadline = 60 * time.Second
+	maxAttempt   = 5 * time.Second
+	// An operation whose attempts take this long hangs, too.
+	operationDeadline = 3 * time.Minute
 )
 
 // client makes one operation after another.
@@ -40,7 +43,7 @@ type client struct {
 
 // manner is how a client makes its attempts.
 type manner struct {
-	// deadline ends an attempt.
+	// deadline ends the first attempt; after one that was too short it is longer, up to maxAttempt.
 	deadline time.Duration
 	// hangs tells that an attempt without an answer by then ends the run.
 	hangs bool
@@ -109,17 +112,23 @@ func (c *client) perform(ctx context.Context, request *history.Request) error {
 func (c *client) callUntilKnown(
 	ctx context.Context, request *history.Request, operation *history.Operation,
 ) (*history.Answer, error) {
+	deadline := c.manner.deadline
 	for began := time.Now(); ; {
 		operation.Attempts++
-		answer, err := c.attempt(ctx, request)
+		sent := time.Now()
+		answer, err := c.attempt(ctx, request, deadline)
+		if err != nil && time.Since(sent) >= deadline {
+			// The machine may be so busy that no answer is in time.
+			deadline = min(2*deadline, max(deadline, maxAttempt))
+		}
 		if c.manner.spreads && operation.Attempts > 1 && err == nil && answer.Status != history.OK {
 			return nil, errOutcomeUnknown
 		}
 		if !errors.Is(err, errOutcomeUnknown) || request.ID == "" || c.random.Float64() < c.manner.giveUp {
 			return answer, err
 		}
-		if time.Since(began) > callDeadline {
-			return nil, fmt.Errorf("no answer within %s", callDeadline)
+		if time.Since(began) > operationDeadline {
+			return nil, fmt.Errorf("no answer within %s", operationDeadline)
 		}
 		if err := pause(ctx, c.manner.pause); err != nil {
 			return nil, err
@@ -131,8 +140,8 @@ func (c *client) callUntilKnown(
 	}
 }
 
-func (c *client) attempt(ctx context.Context, request *history.Request) (*history.Answer, error) {
-	deadline := c.manner.deadline
+func (c *client) attempt(ctx context.Context, request *history.Request, deadline time.Duration) (*history.Answer, error) {
+	longest := deadline
 	if c.random.Float64() < impatientShare {
 		deadline = randomTime(c.random, maxImpatience)
 	} else if request.MinRevision > 0 {
@@ -141,7 +150,7 @@ func (c *client) attempt(ctx context.Context, request *history.Request) (*histor
 	ctx, cancel := context.WithTimeout(ctx, deadline)
 	defer cancel()
 	answer, err := c.caller.call(ctx, request)
-	if err != nil && c.manner.hangs && deadline == c.manner.deadline && errors.Is(ctx.Err(), context.DeadlineExceeded) {
+	if err != nil && c.manner.hangs && deadline == longest && errors.Is(ctx.Err(), context.DeadlineExceeded) {
 		return nil, fmt.Errorf("no answer within %s", callDeadline)
 	}
 	return answer, err
