@@ -7,6 +7,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
 #include "map/layers/layer_spec.h"
 #include "server/rpc/timer_queue.h"
@@ -25,6 +26,7 @@ struct Wanted {
   Revision seen_revision;
   uint64_t seen_incarnation;
   TimerQueue* timers;
+  Deadline seen_until;  // the end of the wait for seen_revision
 
   // Whether the map must reach a later revision in this session because the caller has seen it.
   bool WaitsForSeen(const MapSession& session) const {
@@ -43,8 +45,8 @@ absl::StatusOr<std::shared_ptr<MapSession>> FindSession(const Wanted& wanted) {
 
 }  // namespace
 
-// Shared with the callbacks of feeds and of the read index, which may come after the RevisionWait
-// is gone. One of them is pending at a time.
+// Shared with the callbacks of feeds, timers and the read index, which may come after the
+// RevisionWait is gone.
 class RevisionWait::State : public std::enable_shared_from_this<State> {
  public:
   // Returns false if the wait was stopped before.
@@ -85,33 +87,27 @@ class RevisionWait::State : public std::enable_shared_from_this<State> {
   void End(const absl::StatusOr<Revision>& reached) {
     Done done;
     Place place;
-    Timer timer;
     {
       MutexLock lock(&mutex_);
       done = std::exchange(done_, nullptr);
-      place = std::exchange(place_, {});
-      timer = std::exchange(timer_, {});
-      ++turn_;
+      place = TakePlace();
     }
     place.Leave();
-    if (timer.timers != nullptr) timer.timers->Cancel(timer.id);
     if (done) std::move(done)(reached);
   }
 
  private:
-  // The entry of the wait in a feed.
+  // The entries of the wait in a feed and among the timers.
   struct Place {
     std::shared_ptr<MapSession> session;
     ChangeFeed::WaitId id = 0;
+    TimerQueue* timers = nullptr;  // null if the wait has no end of its own
+    TimerQueue::Id timer = 0;
 
     void Leave() const {
       if (session) session->feed().Remove(id);
+      if (timers != nullptr) timers->Cancel(timer);
     }
-  };
-
-  struct Timer {
-    TimerQueue* timers = nullptr;  // null: none runs
-    TimerQueue::Id id = 0;
   };
 
   static absl::StatusOr<Revision> WithoutSession(const Wanted& wanted, const absl::Status& status) {
@@ -124,15 +120,21 @@ class RevisionWait::State : public std::enable_shared_from_this<State> {
   void AwaitIn(const std::shared_ptr<MapSession>& session, Wanted wanted) {
     const Revision revision = wanted.RevisionIn(*session);
     if (session->snapshot()->revision >= revision) return End(revision);
-    if (wanted.WaitsForSeen(*session)) StartTimer(session, wanted);
     // Another server may have told nothing of it yet.
     if (session->is_follower()) session->LookForRevisions();
     const int64_t turn = NextTurn();
-    const ChangeFeed::WaitId id = session->feed().Await(
-        revision - 1, [self = shared_from_this(), session, wanted = std::move(wanted)]() mutable {
-          self->Woken(session, std::move(wanted));
-        });
-    const Place place{session, id};
+    Place place{.session = session};
+    if (wanted.WaitsForSeen(*session)) {
+      place.timers = wanted.timers;
+      const auto end = [self = shared_from_this(), turn, session, revision] {
+        self->EndWithout(revision, *session, turn);
+      };
+      place.timer = place.timers->RunAfter(wanted.seen_until.left(), end);
+    }
+    place.id = session->feed().Await(revision - 1, [self = shared_from_this(), turn, session,
+                                                    wanted = std::move(wanted)]() mutable {
+      if (self->TakeTurn(turn)) self->Woken(session, std::move(wanted));
+    });
     if (!SetPlace(place, turn)) place.Leave();
   }
 
@@ -147,17 +149,12 @@ class RevisionWait::State : public std::enable_shared_from_this<State> {
     End(revision);
   }
 
-  // Ends the wait after kSeen, unless a timer runs already.
-  void StartTimer(const std::shared_ptr<MapSession>& session, const Wanted& wanted) {
-    MutexLock lock(&mutex_);
-    if (is_stopped_ || !done_ || timer_.timers != nullptr) return;
-    timer_.timers = wanted.timers;
-    timer_.id = wanted.timers->RunAfter(
-        kSeen, [self = shared_from_this(), session, seen = wanted.seen_revision] {
-          self->End(absl::UnavailableError(absl::StrCat("this server has the map at revision ",
-                                                        session->snapshot()->revision,
-                                                        ", the caller has seen ", seen)));
-        });
+  // Called when the time is over for the revision that the caller has seen.
+  void EndWithout(Revision seen, const MapSession& session, int64_t turn) {
+    if (!TakeTurn(turn)) return;
+    End(absl::UnavailableError(absl::StrCat("this server has the map at revision ",
+                                            session.snapshot()->revision, ", the caller has seen ",
+                                            seen)));
   }
 
   int64_t NextTurn() {
@@ -165,8 +162,26 @@ class RevisionWait::State : public std::enable_shared_from_this<State> {
     return ++turn_;
   }
 
-  // Notes the entry in the feed. Returns false if the callback has come already; then the caller
-  // must remove the entry.
+  // Leaves the place of a turn. Returns false if the turn is over: the feed and the timer may call
+  // at the same time, and then only the first goes on.
+  bool TakeTurn(int64_t turn) {
+    Place place;
+    {
+      MutexLock lock(&mutex_);
+      if (turn_ != turn) return false;
+      place = TakePlace();
+    }
+    place.Leave();
+    return true;
+  }
+
+  Place TakePlace() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    ++turn_;
+    return std::exchange(place_, {});
+  }
+
+  // Notes the entries of a turn. Returns false if the turn is over; then the caller must remove
+  // them.
   bool SetPlace(const Place& place, int64_t turn) {
     MutexLock lock(&mutex_);
     if (turn_ != turn || is_stopped_) return false;
@@ -178,8 +193,7 @@ class RevisionWait::State : public std::enable_shared_from_this<State> {
   bool is_stopped_ ABSL_GUARDED_BY(mutex_) = false;
   Done done_ ABSL_GUARDED_BY(mutex_);
   Place place_ ABSL_GUARDED_BY(mutex_);
-  Timer timer_ ABSL_GUARDED_BY(mutex_);
-  // Another one for each entry, and after its end.
+  // Another one for each place, and after its end.
   int64_t turn_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
@@ -196,7 +210,8 @@ void RevisionWait::Start(const Facilities& facilities, const v1::Scope& scope,
                 as_of.consistency() == v1::CONSISTENCY_LINEARIZABLE,
                 as_of.seen_revision(),
                 as_of.seen_incarnation(),
-                facilities.timers};
+                facilities.timers,
+                Deadline(kSeen)};
   // The answer tells what is wrong.
   if (wanted.revision < 0 || wanted.seen_revision < 0 || !ValidateName("map", scope.map()).ok()) {
     return state->End(wanted.revision);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <functional>
+#include <future>
 #include <memory>
 #include <random>
 #include <string>
@@ -310,6 +311,39 @@ TEST_F(PastQueryTest, RevisionThatWasSeenIsWaitedForAShortTime) {
   EXPECT_EQ(never.error_code(), grpc::StatusCode::UNAVAILABLE);
   EXPECT_THAT(never.error_message(), HasSubstr("the caller has seen 99"));
   EXPECT_GE(absl::Now() - begin, RevisionWait::kSeen);
+}
+
+TEST_F(PastQueryTest, RevisionThatWasSeenIsWaitedForInLinearizableQueriesToo) {
+  const uint64_t incarnation = session().incarnation();
+  const auto error = [&](Revision seen) {
+    return PointError([=](v1::QueryPointRequest* request) {
+      v1::AsOf* const as_of = request->mutable_as_of();
+      as_of->set_consistency(v1::CONSISTENCY_LINEARIZABLE);
+      as_of->set_seen_revision(seen);
+      as_of->set_seen_incarnation(incarnation);
+    });
+  };
+  EXPECT_TRUE(error(1).ok());
+  const grpc::Status never = error(99);
+  EXPECT_EQ(never.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_THAT(never.error_message(), HasSubstr("the caller has seen 99"));
+}
+
+TEST_F(PastQueryTest, RevisionThatWasSeenDoesNotShortenTheWaitForALaterOne) {
+  const uint64_t incarnation = session().incarnation();
+  std::future<grpc::Status> answered = std::async(std::launch::async, [&] {
+    return PointError([=](v1::QueryPointRequest* request) {
+      v1::AsOf* const as_of = request->mutable_as_of();
+      as_of->set_min_revision(2);
+      as_of->set_seen_revision(2);
+      as_of->set_seen_incarnation(incarnation);
+    });
+  });
+  const auto longer = absl::ToChronoMilliseconds(RevisionWait::kSeen * 1.25);
+  EXPECT_EQ(answered.wait_for(longer), std::future_status::timeout);
+  Edit({Thing(0, 0)});
+  const grpc::Status status = answered.get();
+  EXPECT_TRUE(status.ok()) << status.error_message();
 }
 
 TEST_F(PastQueryTest, ShutdownEndsAWait) {

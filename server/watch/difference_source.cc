@@ -10,6 +10,7 @@
 #include "base/limits/limits.h"
 #include "base/status/status_macros.h"
 #include "map/watch/net_changes.h"
+#include "server/watch/stored_revision.h"
 #include "server/watch/watch_messages.h"
 #include "wire/scope.h"
 
@@ -108,18 +109,6 @@ class DifferenceSource : public MessageSource<v1::ListChangesResponse> {
   int64_t items_ = 0;
 };
 
-// The error for a later revision than this server has: OUT_OF_RANGE. UNAVAILABLE, so that the
-// caller comes again, if this server follows the map and the caller names its incarnation: then it
-// has the revision from a server that is ahead of this one.
-absl::Status StillToCome(MapSession& session, uint64_t named_incarnation, Revision revision,
-                         Revision newest) {
-  const bool may_come_soon = named_incarnation != 0 && session.is_follower();
-  if (may_come_soon) session.LookForRevisions();
-  return absl::Status(
-      may_come_soon ? absl::StatusCode::kUnavailable : absl::StatusCode::kOutOfRange,
-      absl::StrCat("revision ", revision, " is still to come, the newest is ", newest));
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDifference(
@@ -132,7 +121,7 @@ absl::StatusOr<std::unique_ptr<MessageSource<v1::ListChangesResponse>>> OpenDiff
   if (request.from_revision() < 0) return absl::InvalidArgumentError("from_revision is negative");
   for (const Revision revision : {request.from_revision(), to}) {
     if (revision <= newest) continue;
-    return StillToCome(*session, request.scope().incarnation(), revision, newest);
+    return FutureRevisionError(*session, "revision", revision, newest);
   }
   if (to < request.from_revision()) {
     return absl::InvalidArgumentError("to_revision is before from_revision");

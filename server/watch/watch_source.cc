@@ -16,50 +16,27 @@
 #include "map/watch/structure.h"
 #include "server/rpc/map_message.h"
 #include "server/rpc/raw_messages.h"
+#include "server/watch/stored_revision.h"
 #include "wire/time.h"
 #include "wire/watch_filter.h"
 
 namespace hypermap::server {
 namespace {
 
-// A kept revision; nullopt if the store has none of that number.
-absl::StatusOr<std::optional<storage::RevisionRecord>> RecordOf(MapSession& session,
-                                                                Revision revision) {
-  HYPERMAP_ASSIGN_OR_RETURN(HistoryPool::Lease history, session.OpenHistory());
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::vector<storage::RevisionRecord> records,
-      history->Revisions(revision - 1, revision + 1, /*newest_first=*/false, 1));
-  if (records.empty()) return std::nullopt;
-  return records.front();
-}
-
 // The commit time of a kept revision; for revision 0, when the map was created. OUT_OF_RANGE if the
 // revision is not kept.
 absl::StatusOr<absl::Time> TimeOf(MapSession& session, Revision revision) {
   if (revision == 0) return session.header().created_at;
-  HYPERMAP_ASSIGN_OR_RETURN(const auto record, RecordOf(session, revision));
+  HYPERMAP_ASSIGN_OR_RETURN(const auto record, FindRevision(session, revision));
   if (record) return record->time;
   return absl::OutOfRangeError(absl::StrCat("revision ", revision, " is not kept any more"));
-}
-
-// The error of a watch that resumes from a later revision than this server has. Of servers that
-// share the map, another one may have told it.
-absl::Status StillToCome(MapSession& session, Revision revision, Revision newest) {
-  HYPERMAP_ASSIGN_OR_RETURN(const auto record, RecordOf(session, revision));
-  if (!record) {
-    return absl::OutOfRangeError(
-        absl::StrCat("start_revision ", revision, " is still to come, the newest is ", newest));
-  }
-  if (session.is_follower()) session.LookForRevisions();
-  return absl::UnavailableError(absl::StrCat("this server does not have start_revision ", revision,
-                                             " yet, its newest is ", newest));
 }
 
 // The structure of the map at a revision to start from.
 absl::StatusOr<StructurePtr> StructureAt(MapSession& session, Revision revision) {
   if (revision < 0) return absl::InvalidArgumentError("start_revision is negative");
   const Revision newest = session.feed().newest();
-  if (revision > newest) return StillToCome(session, revision, newest);
+  if (revision > newest) return FutureRevisionError(session, "start_revision", revision, newest);
   if (std::optional<StructurePtr> structure = session.feed().StructureAt(revision)) {
     return *std::move(structure);
   }
