@@ -49,6 +49,9 @@ grpc::ServerUnaryReactor* ServerService::ListServers(grpc::CallbackServerContext
   // It waits for the database.
   return AnswerOn(
       &facilities_.workers->long_questions, call, [this, call]() -> absl::StatusOr<int64_t> {
+        if (facilities_.site->server_id().empty()) {
+          return absl::UnimplementedError("this server shares its maps with no others (--store)");
+        }
         HYPERMAP_ASSIGN_OR_RETURN(const storage::Survey survey, facilities_.site->TakeSurvey());
         const ServerList list = ListOf(*facilities_.site, survey, call->context().caller());
         wire::EncodeServerList(list, call->response());

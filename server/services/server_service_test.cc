@@ -18,7 +18,7 @@ TEST(ServerServiceTest, AServerThatSharesNoStoreSaysSo) {
   v1::ListServersResponse response;
   const grpc::Status status = stub->ListServers(&context, {}, &response);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-  EXPECT_THAT(status.error_message(), HasSubstr("can't be shared"));
+  EXPECT_THAT(status.error_message(), HasSubstr("shares its maps with no others"));
 }
 
 }  // namespace

@@ -145,7 +145,7 @@ def test_servers_and_owners_are_listed(servers: list[Server]) -> None:
 
 
 def test_a_server_that_shares_nothing_says_so(client: Client) -> None:
-    with pytest.raises(Unimplemented, match="shared"):
+    with pytest.raises(Unimplemented, match="shares its maps with no others"):
         client.list_servers()
 
 
