@@ -155,6 +155,8 @@ async def test_an_async_client_goes_on_when_its_server_is_killed(servers: list[S
         await client.create_map("site")
         things = CreateLayer(LayerSpec(name="things", kind=LayerKind.SEMANTIC))
         await client.apply_edits("site", things)
+        with Client(second.address) as other:
+            await asyncio.to_thread(await_map, other, "site")
         killed = asyncio.create_task(asyncio.to_thread(first.kill))
         for i in range(20):
             assert (await client.apply_edits("site", put(f"cup {i}"))).revision == i + 2
