@@ -8,7 +8,6 @@ from datetime import datetime
 from typing import TypeAlias
 
 from ._proto import scope_pb2 as pb
-from ._wire.enums import encode_enum
 from ._wire.time import encode_time
 from .answers import Consistency
 
