@@ -25,11 +25,6 @@ using ::hypermap::testing::Rng;
 
 class BackupContract : public StoreContract {
  protected:
-  void SetUp() override {
-    if (GetParam().exceptions.backup) GTEST_SKIP();
-    StoreContract::SetUp();
-  }
-
   // A copy that was opened as the map "copy", and the store that it is in.
   struct Copy {
     std::unique_ptr<MapStore> store;

@@ -49,8 +49,6 @@ struct Exceptions {
   // Charges what it reads to the work of the thread (base/metering), and gives up when that is
   // cancelled.
   bool metering = false;
-  // Copies maps to files and restores them from there.
-  bool backup = false;
 };
 
 struct StoreKind {

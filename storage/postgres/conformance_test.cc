@@ -38,9 +38,7 @@ class PostgresWorld : public StoreWorld {
 }  // namespace
 
 std::vector<StoreKind> StoreKinds() {
-  // Maps are backed up with the database.
-  return {
-      {"Postgres", [] { return std::make_unique<PostgresWorld>(); }, Exceptions{.backup = true}}};
+  return {{"Postgres", [] { return std::make_unique<PostgresWorld>(); }}};
 }
 
 }  // namespace hypermap::storage
