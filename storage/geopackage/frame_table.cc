@@ -1,25 +1,23 @@
 #include "storage/geopackage/frame_table.h"
 
-#include <cmath>
 #include <string>
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "storage/encoding/frame_columns.h"
 
 namespace hypermap::storage {
 namespace {
 
 absl::Status AddRow(Statement* row, FrameTree* frames) {
-  const std::string child(row->Text(0));
-  const std::string parent(row->Text(1));
-  const double x = row->Double(2);
-  const double y = row->Double(3);
-  const double yaw = row->Double(4);
+  FrameColumns columns;
+  columns.child_frame_id = std::string(row->Text(0));
+  columns.parent_frame_id = std::string(row->Text(1));
+  columns.x = row->Double(2);
+  columns.y = row->Double(3);
+  columns.yaw = row->Double(4);
   HYPERMAP_RETURN_IF_ERROR(row->row_status());
-  if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(yaw)) {
-    return absl::DataLossError("the transform is not finite");
-  }
-  return frames->Set({parent, child, PlanarTransform(x, y, yaw)});
+  return AddFrame(columns, frames);
 }
 
 }  // namespace

@@ -1,12 +1,12 @@
 #include "storage/postgres/layer_versions.h"
 
-#include <cmath>
 #include <string>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "base/status/status_macros.h"
+#include "storage/encoding/frame_columns.h"
 
 namespace hypermap::storage::postgres {
 namespace {
@@ -59,17 +59,15 @@ absl::StatusOr<StoredLayer> ReadNamedLayerRow(Rows* row) {
       absl::StrCat("hypermap.lineages, lineage ", lineage, ": ", layer.status().message()));
 }
 
-absl::Status AddFrame(Rows* row, FrameTree* frames) {
-  const std::string child(row->Text(0));
-  const std::string parent(row->Text(1));
-  const double x = row->Double(2);
-  const double y = row->Double(3);
-  const double yaw = row->Double(4);
+absl::Status AddRow(Rows* row, FrameTree* frames) {
+  FrameColumns columns;
+  columns.child_frame_id = std::string(row->Text(0));
+  columns.parent_frame_id = std::string(row->Text(1));
+  columns.x = row->Double(2);
+  columns.y = row->Double(3);
+  columns.yaw = row->Double(4);
   HYPERMAP_RETURN_IF_ERROR(row->row_status());
-  if (!std::isfinite(x) || !std::isfinite(y) || !std::isfinite(yaw)) {
-    return absl::DataLossError("the transform is not finite");
-  }
-  return frames->Set({parent, child, PlanarTransform(x, y, yaw)});
+  return AddFrame(columns, frames);
 }
 
 }  // namespace
@@ -108,7 +106,7 @@ absl::StatusOr<FrameTree> ReadFramesAt(Connection& connection, int64_t map, Revi
   HYPERMAP_ASSIGN_OR_RETURN(Rows rows, connection.Query(kFramesAt, map, revision));
   FrameTree frames;
   while (rows.Next()) {
-    if (absl::Status status = AddFrame(&rows, &frames); !status.ok()) {
+    if (absl::Status status = AddRow(&rows, &frames); !status.ok()) {
       return absl::DataLossError(
           absl::StrCat("hypermap.frame_versions, frame ", rows.Text(0), ": ", status.message()));
     }

@@ -155,8 +155,8 @@ ROOMS = {
     "storage/sqlite": Room(["base/status"], {"absl", "sqlite", "zlib"}),
     # Codecs of columns that all stores have.
     "storage/encoding": Room(
-        ["base/cancellation", "base/images", "base/status", "map/edits", "map/geometry", "map/grid",
-         "map/layers", "map/objects"],
+        ["base/cancellation", "base/images", "base/status", "map/edits", "map/frames",
+         "map/geometry", "map/grid", "map/layers", "map/objects"],
         {"absl"}, hidden={"json", "tiff", "zlib"}, target="storage_encoding",
     ),
     # The only room that uses libpq.
