@@ -45,7 +45,7 @@ INSERT INTO hypermap.maps (name, frame_id, created_at_ns, request_id, incarnatio
     revision, oldest_revision, next_object_id, next_lineage, epoch, last_write, owner,
     unfinished_copy)
   VALUES ($1, $2, $3, $4, $5, $6, 0, 0, 1, 1, 1, $7, $8, $9)
-  ON CONFLICT (name) DO NOTHING RETURNING id
+  ON CONFLICT (name) DO NOTHING
 )sql";
 constexpr char kTakeMap[] =
     "UPDATE hypermap.maps SET owner = $2, epoch = epoch + 1 WHERE id = $1 RETURNING epoch";
@@ -119,21 +119,13 @@ absl::Status EndSessionsOfLostOwner(Connection* connection, const std::string& m
   return connection->Query(kEndSessions, map, kApplication).status();
 }
 
-absl::StatusOr<std::optional<OwnedMap::Row>> InsertMap(Connection* connection,
-                                                       const MapHeader& header,
-                                                       const std::string& owner) {
-  OwnedMap::Row row;
-  row.epoch = 1;
-  row.last_write = static_cast<int64_t>(NewIncarnation());
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const std::optional<int64_t> id,
-      connection->QueryInt64(kInsertMap, header.name, header.frame_id,
-                             absl::ToUnixNanos(header.created_at), header.request_id,
-                             static_cast<int64_t>(header.incarnation), header.provisional,
-                             row.last_write, owner, header.unfinished_copy));
-  if (!id) return std::nullopt;
-  row.map = *id;
-  return row;
+absl::Status InsertMap(Connection* connection, const MapHeader& header, const std::string& owner,
+                       int64_t last_write) {
+  return connection
+      ->Query(kInsertMap, header.name, header.frame_id, absl::ToUnixNanos(header.created_at),
+              header.request_id, static_cast<int64_t>(header.incarnation), header.provisional,
+              last_write, owner, header.unfinished_copy)
+      .status();
 }
 
 absl::StatusOr<OwnedMap::Row> TakeMap(Connection* connection, const MapRow& row,

@@ -47,10 +47,10 @@ absl::StatusOr<MapPosition> ReadPosition(Connection* connection, int64_t map);
 // middle of a transaction would keep the row locked.
 absl::Status EndSessionsOfLostOwner(Connection* connection, const std::string& map);
 
-// Adds a map that `owner` owns. nullopt if there is one of that name.
-absl::StatusOr<std::optional<OwnedMap::Row>> InsertMap(Connection* connection,
-                                                       const MapHeader& header,
-                                                       const std::string& owner);
+// Adds a map that `owner` owns, with this number of its last transaction. Nothing if there is a map
+// of that name.
+absl::Status InsertMap(Connection* connection, const MapHeader& header, const std::string& owner,
+                       int64_t last_write);
 
 // Makes `owner` the owner of a map, of another epoch. REQUIRES: the row is locked.
 absl::StatusOr<OwnedMap::Row> TakeMap(Connection* connection, const MapRow& row,

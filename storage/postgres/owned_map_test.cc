@@ -23,9 +23,7 @@ class OwnedMapTest : public ::testing::Test {
     database_ = NewDatabase();
     Execute(database_, "CREATE TABLE written (number bigint)");
     connection_ = Connect(database_);
-    const auto row = InsertMap(connection_.get(), {.name = "site", .frame_id = "map"}, "a");
-    ASSERT_TRUE(row.ok() && *row) << row.status();
-    row_ = **row;
+    row_ = AddMap(connection_.get(), "site", "a");
     owned_ = Own(row_);
   }
 

@@ -8,6 +8,7 @@
 #include "gtest/gtest.h"
 #include "storage/geopackage/geopackage_store.h"
 #include "storage/libpq/testing/cluster.h"
+#include "storage/postgres/map_row.h"
 #include "storage/postgres/postgres_store.h"
 #include "storage/postgres/schema.h"
 
@@ -71,6 +72,14 @@ std::unique_ptr<Connection> Connect(const std::string& database) {
   ConnectOptions options;
   options.target = database;
   return Need(Connection::Open(options));
+}
+
+OwnedMap::Row AddMap(Connection* connection, const std::string& name, const std::string& owner) {
+  const absl::Status status =
+      InsertMap(connection, {.name = name, .frame_id = "map"}, owner, /*last_write=*/1);
+  EXPECT_TRUE(status.ok()) << status;
+  const MapRow row = *Need(FindMap(connection, name, RowLock::kNone));
+  return {row.id, row.epoch, row.last_write};
 }
 
 void Execute(const std::string& database, const std::string& sql) {

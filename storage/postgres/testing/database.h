@@ -7,6 +7,7 @@
 
 #include "storage/libpq/connection.h"
 #include "storage/map_store.h"
+#include "storage/postgres/owned_map.h"
 
 namespace hypermap::storage::postgres {
 
@@ -20,6 +21,9 @@ std::unique_ptr<MapStore> OpenStore(const std::string& database,
                                     const std::string& readers_target = "");
 
 std::unique_ptr<Connection> Connect(const std::string& database);
+
+// Adds a map, which a server of that id owns.
+OwnedMap::Row AddMap(Connection* connection, const std::string& name, const std::string& owner);
 
 // Runs statements without parameters.
 void Execute(const std::string& database, const std::string& sql);

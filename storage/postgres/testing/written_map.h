@@ -8,7 +8,6 @@
 
 #include "gtest/gtest.h"
 #include "storage/libpq/testing/cluster.h"
-#include "storage/postgres/map_row.h"
 #include "storage/postgres/owned_map.h"
 #include "storage/postgres/schema.h"
 #include "storage/postgres/testing/database.h"
@@ -27,9 +26,8 @@ class WrittenMapTest : public ::testing::Test {
   }
 
   std::unique_ptr<OwnedMap> AddMap(const std::string& name) {
-    const auto row = InsertMap(connection_.get(), {.name = name, .frame_id = "map"}, "server");
-    EXPECT_TRUE(row.ok() && *row) << row.status();
-    return std::make_unique<OwnedMap>(ConnectOptions{.target = database_}, **row);
+    return std::make_unique<OwnedMap>(ConnectOptions{.target = database_},
+                                      postgres::AddMap(connection_.get(), name, "server"));
   }
 
   // Runs a statement with the number of the map as its only parameter.
