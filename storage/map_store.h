@@ -317,7 +317,7 @@ class MapStore {
   // when anything may have changed, such as the owner of a map. These are hints: some are lost,
   // some are false. Calls come from a thread of the store, one at a time, until the store is
   // destroyed or another function is given.
-  virtual void ListenForChanges(std::function<void(const std::string& map)> /*heard*/) {}
+  virtual void ListenForChanges(const std::function<void(const std::string& map)>& /*heard*/) {}
 
   // The names of all maps, sorted, whether or not they can be opened. May leave out unfinished
   // copies.

@@ -7,6 +7,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
 
 namespace hypermap::storage::postgres {
@@ -64,46 +65,56 @@ bool ChangeHints::PauseAfterFailure() {
   return !is_stopping_;
 }
 
+absl::Status ChangeHints::Send(const std::set<std::string>& maps) {
+  HYPERMAP_RETURN_IF_ERROR(Reconnect(&sender_connection_).status());
+  const std::vector<absl::string_view> names(maps.begin(), maps.end());
+  return sender_connection_->Query(kAnnounce, absl::MakeConstSpan(names)).status();
+}
+
 void ChangeHints::SendUntilStopped() {
-  std::unique_ptr<Connection> connection;
   while (true) {
     const std::set<std::string> maps = AwaitAnnouncements();
     if (maps.empty()) return;
-    if (connection == nullptr || connection->is_broken()) {
-      absl::StatusOr<std::unique_ptr<Connection>> opened = Connection::Open(options_);
-      // Followers look for themselves now and then.
-      if (!opened.ok()) {
-        if (!PauseAfterFailure()) return;
-        continue;
-      }
-      connection = *std::move(opened);
+    if (Send(maps).ok()) continue;
+    {
+      const MutexLock lock(&mutex_);
+      announced_.insert(maps.begin(), maps.end());
     }
-    const std::vector<absl::string_view> names(maps.begin(), maps.end());
-    connection->Query(kAnnounce, absl::MakeConstSpan(names)).status().IgnoreError();
+    if (!PauseAfterFailure()) return;
   }
 }
 
+absl::StatusOr<bool> ChangeHints::Reconnect(std::unique_ptr<Connection>* connection) const {
+  if (*connection != nullptr && !(*connection)->is_broken()) return false;
+  connection->reset();
+  HYPERMAP_ASSIGN_OR_RETURN(*connection, Connection::Open(options_));
+  return true;
+}
+
+absl::Status ChangeHints::ListenForAWhile() {
+  HYPERMAP_ASSIGN_OR_RETURN(const bool is_new, Reconnect(&listener_connection_));
+  if (is_new) {
+    const absl::Status status = listener_connection_->Execute("LISTEN hypermap");
+    if (!status.ok()) {
+      listener_connection_.reset();
+      return status;
+    }
+    // Hints may have been lost.
+    Tell("");
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<std::string> heard,
+                            listener_connection_->AwaitNotification(kWait));
+  if (heard) Tell(*heard);
+  return absl::OkStatus();
+}
+
 void ChangeHints::ListenUntilStopped() {
-  std::unique_ptr<Connection> connection;
-  while (true) {
-    {
-      const MutexLock lock(&mutex_);
-      if (is_stopping_) return;
-    }
-    if (connection == nullptr || connection->is_broken()) {
-      absl::StatusOr<std::unique_ptr<Connection>> opened = Connection::Open(options_);
-      absl::Status status = opened.status();
-      if (status.ok()) status = (*opened)->Execute("LISTEN hypermap");
-      if (!status.ok()) {
-        if (!PauseAfterFailure()) return;
-        continue;
-      }
-      connection = *std::move(opened);
-      // Hints may have been lost.
-      Tell("");
-    }
-    const absl::StatusOr<std::optional<std::string>> heard = connection->AwaitNotification(kWait);
-    if (heard.ok() && heard->has_value()) Tell(**heard);
+  const auto is_stopping = [this] {
+    const MutexLock lock(&mutex_);
+    return is_stopping_;
+  };
+  while (!is_stopping()) {
+    if (!ListenForAWhile().ok()) PauseAfterFailure();
   }
 }
 

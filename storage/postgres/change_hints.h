@@ -11,14 +11,16 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "base/sync/mutex.h"
 #include "storage/libpq/connection.h"
 
 namespace hypermap::storage::postgres {
 
 // Hints go by NOTIFY, on connections of their own: a commit does not wait for them, and does not
-// take the lock that PostgreSQL has for all notifications. Those of many maps go together. Some are
-// lost when a connection breaks; then a hint without a map follows. Thread safe.
+// take the lock that PostgreSQL has for all notifications. Those of many maps go together. What
+// could not be sent is sent again; a server whose own connection was lost hears of everything once
+// (a hint without a map). Thread safe.
 class ChangeHints {
  public:
   // Called with the name of a map, or an empty one when anything may have changed. Also for this
@@ -44,6 +46,12 @@ class ChangeHints {
   void ListenUntilStopped();
   // Returns the maps to announce; empty when this is stopping.
   std::set<std::string> AwaitAnnouncements();
+  absl::Status Send(const std::set<std::string>& maps);
+  // Waits for one hint, or a short time.
+  absl::Status ListenForAWhile();
+  // Opens a connection if there is none that works; returns whether it is a new one.
+  absl::StatusOr<bool> Reconnect(std::unique_ptr<Connection>* connection) const;
+  // Returns whether to go on.
   bool PauseAfterFailure();
   void Tell(const std::string& map);
 
@@ -54,6 +62,8 @@ class ChangeHints {
   bool is_stopping_ ABSL_GUARDED_BY(mutex_) = false;
   Mutex heard_mutex_;  // held while heard_ runs
   Heard heard_ ABSL_GUARDED_BY(heard_mutex_);
+  std::unique_ptr<Connection> sender_connection_;    // used by sender_
+  std::unique_ptr<Connection> listener_connection_;  // used by listener_
   std::thread sender_;
   std::thread listener_;
 };

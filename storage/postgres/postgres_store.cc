@@ -3,7 +3,6 @@
 #include <filesystem>
 #include <map>
 #include <optional>
-#include <set>
 #include <system_error>
 #include <utility>
 #include <vector>
@@ -24,6 +23,7 @@
 #include "storage/postgres/file_copies.h"
 #include "storage/postgres/layer_versions.h"
 #include "storage/postgres/map_row.h"
+#include "storage/postgres/open_names.h"
 #include "storage/postgres/postgres_map.h"
 #include "storage/postgres/schema.h"
 #include "storage/postgres/server_lease.h"
@@ -44,53 +44,6 @@ constexpr int kOpenAttempts = 5;
 // Rows of deleted maps that are removed in one step.
 constexpr int kRowsPerStep = 5000;
 
-// The maps that are open in this process, or are being opened. Thread safe.
-class OpenNames {
- public:
-  // Returns whether the name was not there.
-  bool Add(const std::string& name) {
-    const MutexLock lock(&mutex_);
-    return names_.insert(name).second;
-  }
-  void Remove(const std::string& name) {
-    const MutexLock lock(&mutex_);
-    names_.erase(name);
-  }
-  bool Contains(const std::string& name) const {
-    const MutexLock lock(&mutex_);
-    return names_.contains(name);
-  }
-
- private:
-  mutable Mutex mutex_;
-  std::set<std::string> names_ ABSL_GUARDED_BY(mutex_);
-};
-
-// Has a name of OpenNames, until it is given to a map.
-class NameHolder {
- public:
-  // FAILED_PRECONDITION if the map is open.
-  static absl::StatusOr<NameHolder> Take(OpenNames* names, const std::string& name) {
-    if (names->Add(name)) return NameHolder(names, name);
-    return absl::FailedPreconditionError(absl::StrCat("map ", name, " is open"));
-  }
-  NameHolder(NameHolder&& other) noexcept
-      : names_(std::exchange(other.names_, nullptr)), name_(other.name_) {}
-  NameHolder& operator=(NameHolder&&) = delete;
-  ~NameHolder() {
-    if (names_ != nullptr) names_->Remove(name_);
-  }
-  // Returns what gives the name back.
-  std::function<void()> Give() && {
-    return [names = std::exchange(names_, nullptr), name = name_] { names->Remove(name); };
-  }
-
- private:
-  NameHolder(OpenNames* names, std::string name) : names_(names), name_(std::move(name)) {}
-  OpenNames* names_;
-  std::string name_;
-};
-
 class PostgresStore : public MapStore {
  public:
   PostgresStore(PostgresOptions options, std::unique_ptr<Connection> catalog,
@@ -108,7 +61,7 @@ class PostgresStore : public MapStore {
   absl::StatusOr<std::map<std::string, NewestRevision>> NewestRevisions(
       const std::vector<std::string>& names) override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Follow(const std::string& name) override;
-  void ListenForChanges(std::function<void(const std::string& map)> heard) override;
+  void ListenForChanges(const std::function<void(const std::string& map)>& heard) override;
   absl::StatusOr<std::vector<std::string>> List() override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Create(const MapHeader& header) override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Open(const std::string& name) override;
@@ -275,24 +228,28 @@ absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::Make(const MapHeader& 
   const absl::Status exists =
       absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
   if (!name.ok()) return exists;
-  std::optional<OwnedMap::Row> owned;
+  // By this number a second attempt knows what the first one has made.
+  OwnedMap::Row owned;
+  owned.last_write = static_cast<int64_t>(NewIncarnation());
   const absl::Status status = Change([&](Connection* connection) -> absl::Status {
     HYPERMAP_ASSIGN_OR_RETURN(std::optional<MapRow> found, FindMap(connection, header.name));
-    if (found && IsLeftIncomplete(*found)) {
+    if (found && found->last_write != owned.last_write && IsLeftIncomplete(*found)) {
       HYPERMAP_RETURN_IF_ERROR(RemoveName(connection, found->id));
       found.reset();
     }
-    // The map may have been made by the attempt before.
-    if (found && !(owned && found->last_write == owned->last_write)) return exists;
-    if (found) {
-      owned->map = found->id;
-      return absl::OkStatus();
+    if (!found) {
+      HYPERMAP_RETURN_IF_ERROR(
+          InsertMap(connection, made.header, options_.server_id, owned.last_write));
+      // Another row if the name was taken meanwhile, perhaps by the first attempt.
+      HYPERMAP_ASSIGN_OR_RETURN(found, FindMap(connection, header.name));
     }
-    HYPERMAP_ASSIGN_OR_RETURN(owned, InsertMap(connection, made.header, options_.server_id));
-    return owned ? absl::OkStatus() : exists;
+    if (!found || found->last_write != owned.last_write) return exists;
+    owned.map = found->id;
+    owned.epoch = found->epoch;
+    return absl::OkStatus();
   });
   HYPERMAP_RETURN_IF_ERROR(status);
-  return OpenOwned(made, *owned, *std::move(name));
+  return OpenOwned(made, owned, *std::move(name));
 }
 
 absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::Open(const std::string& name) {
@@ -496,10 +453,11 @@ absl::Status PostgresStore::CheckClosed(const MapRow& row) const {
       absl::StrCat("map ", row.header.name, " is open in server ", row.owner));
 }
 
-void PostgresStore::ListenForChanges(std::function<void(const std::string& map)> heard) {
+void PostgresStore::ListenForChanges(const std::function<void(const std::string& map)>& heard) {
   const MutexLock lock(&hints_mutex_);
+  if (hints_ == nullptr && heard == nullptr) return;
   if (hints_ == nullptr) hints_ = ChangeHints::Start(WriterOptions());
-  hints_->Listen(std::move(heard));
+  hints_->Listen(heard);
 }
 
 void PostgresStore::Announce(const std::string& map) {
