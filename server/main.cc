@@ -295,13 +295,13 @@ absl::Status Serve(ShutdownSignals& signals) {
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t memory_limit, MemoryLimit(asked.memory_limit, resources));
   Limits limits = BoundByMemory(asked, memory_limit);
   HYPERMAP_ASSIGN_OR_RETURN(
-      std::unique_ptr<storage::MapStore> store,
-      OpenStore({data_dir, absl::GetFlag(FLAGS_store), absl::GetFlag(FLAGS_server_id),
-                 absl::GetFlag(FLAGS_trash_age), limits.memory_limit / kCacheShare}));
-  for (const std::string& note : store->notes()) {
+      OpenedStorage storage,
+      OpenStorage({data_dir, absl::GetFlag(FLAGS_store), absl::GetFlag(FLAGS_server_id),
+                   absl::GetFlag(FLAGS_trash_age), limits.memory_limit / kCacheShare}));
+  for (const std::string& note : storage.store->notes()) {
     logging::Log(logging::Level::kWarning, "what the store promises is limited", {{"note", note}});
   }
-  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, store->List());
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<std::string> maps, storage.store->List());
   HYPERMAP_ASSIGN_OR_RETURN(const Capacity capacity,
                             DivideResources(limits, resources, static_cast<int64_t>(maps.size())));
   limits.max_maps = capacity.max_maps;
@@ -309,8 +309,9 @@ absl::Status Serve(ShutdownSignals& signals) {
   ScratchFile::RemoveLeftOver(data_dir);
   // Calls that wait for a map's writer hold parts of the budgets, so that these outlive the maps.
   Budgets budgets(limits);
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Site> site,
-                            Site::Open(std::move(store), MakeSessionOptions(limits, budgets)));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<Site> site,
+      Site::Open(std::move(storage.store), MakeSessionOptions(limits, budgets)));
   // Returns the memory that loading the maps needed for a while to the system.
   admission::ReturnFreedMemory();
   // From here on the allocator keeps freed memory: returning it and requesting it again would cost

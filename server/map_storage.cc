@@ -1,5 +1,7 @@
 #include "server/map_storage.h"
 
+#include <utility>
+
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
@@ -15,16 +17,26 @@ namespace {
 // Space in the data folder with which maps can be deleted when the disk is full.
 constexpr int64_t kReserveBytes = int64_t{8} << 20;
 
-absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenDatabase(const StorageOptions& options) {
+absl::StatusOr<OpenedStorage> OpenDatabase(const StorageOptions& options) {
 #ifdef HYPERMAP_POSTGRES
   HYPERMAP_RETURN_IF_ERROR(storage::MakeFolder(options.data_dir));
+  absl::StatusOr<storage::FileLock> lock =
+      storage::FileLock::Acquire(absl::StrCat(options.data_dir, "/LOCK"));
+  if (!lock.ok()) {
+    return absl::Status(lock.status().code(),
+                        absl::StrCat("cannot use the data folder ", options.data_dir, ": ",
+                                     lock.status().message()));
+  }
   storage::PostgresOptions postgres;
   postgres.target = options.database;
   postgres.server_id = options.server_id;
+  postgres.cache_room = std::make_shared<storage::CacheRoom>(options.cache_bytes);
   postgres.open_files = [](const std::string& folder) {
     return storage::OpenGeoPackageStore(folder);
   };
-  return storage::OpenPostgresStore(postgres);
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::MapStore> store,
+                            storage::OpenPostgresStore(postgres));
+  return OpenedStorage{*std::move(lock), std::move(store)};
 #else
   return CheckStore(options.database);
 #endif
@@ -44,12 +56,16 @@ absl::Status CheckStore(const std::string& database) {
 #endif
 }
 
-absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const StorageOptions& options) {
+absl::StatusOr<OpenedStorage> OpenStorage(const StorageOptions& options) {
   if (!options.database.empty()) return OpenDatabase(options);
-  return storage::OpenGeoPackageStore(
-      options.data_dir, {.reserve_bytes = kReserveBytes,
-                         .trash_age = options.trash_age,
-                         .cache_room = std::make_shared<storage::CacheRoom>(options.cache_bytes)});
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<storage::MapStore> store,
+      storage::OpenGeoPackageStore(
+          options.data_dir,
+          {.reserve_bytes = kReserveBytes,
+           .trash_age = options.trash_age,
+           .cache_room = std::make_shared<storage::CacheRoom>(options.cache_bytes)}));
+  return OpenedStorage{std::nullopt, std::move(store)};
 }
 
 }  // namespace hypermap::server

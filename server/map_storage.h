@@ -4,12 +4,14 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "storage/map_store.h"
+#include "storage/sqlite/file_lock.h"
 
 namespace hypermap::server {
 
@@ -29,8 +31,16 @@ struct StorageOptions {
 // INVALID_ARGUMENT if the store can't be one of this program's.
 absl::Status CheckStore(const std::string& database);
 
-// Errors of OpenGeoPackageStore and OpenPostgresStore.
-absl::StatusOr<std::unique_ptr<storage::MapStore>> OpenStore(const StorageOptions& options);
+struct OpenedStorage {
+  // Keeps other servers out of the folder, whose temporary files they would remove; nullopt if the
+  // store does that itself.
+  std::optional<storage::FileLock> lock;
+  std::unique_ptr<storage::MapStore> store;
+};
+
+// FAILED_PRECONDITION if another server uses the folder; errors of OpenGeoPackageStore and
+// OpenPostgresStore.
+absl::StatusOr<OpenedStorage> OpenStorage(const StorageOptions& options);
 
 }  // namespace hypermap::server
 

@@ -60,7 +60,7 @@ class Servers:
 
     def __init__(self, cluster, folder):
         self._folder = pathlib.Path(folder)
-        self._store = cluster.new_database()
+        self.store = cluster.new_database()
         self._servers = []
 
     def start(self, number=1, *flags):
@@ -69,9 +69,12 @@ class Servers:
             self._servers.append(self._start(len(self._servers), *flags))
 
     def _start(self, i, *flags):
-        data_dir = self._folder / f"server_{i}"
+        data_dir = self.folder_of(i)
         data_dir.mkdir(exist_ok=True)
-        return Server(data_dir, f"--store={self._store}", f"--server_id=server_{i}", *flags)
+        return Server(data_dir, f"--store={self.store}", f"--server_id=server_{i}", *flags)
+
+    def folder_of(self, i):
+        return self._folder / f"server_{i}"
 
     def restart(self, i, *flags):
         """Starts a server that was killed again, at its address."""

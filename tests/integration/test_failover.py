@@ -14,8 +14,8 @@ import grpc
 
 import rpc
 import sites
-from fleet import FleetTest
-from processes import BIN, DEADLINE_S, cli
+from shared_database import FleetTest
+from processes import BIN, DEADLINE_S, cli, start_and_fail
 
 
 def changes(events):
@@ -44,6 +44,12 @@ class FailoverTest(FleetTest):
             stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
         self.addCleanup(command.kill)
         return command
+
+    def test_a_folder_of_temporary_files_has_one_server(self):
+        code, log = start_and_fail(self.fleet.folder_of(0), f"--store={self.fleet.store}",
+                                   "--server_id=other")
+        self.assertNotEqual(code, 0)
+        self.assertIn("cannot use the data folder", log)
 
     def test_a_load_loses_nothing(self):
         """Editors, watches, replicas and streams of observations, whose server is killed twice."""
