@@ -3,13 +3,14 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
+#include <future>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "absl/synchronization/notification.h"
 #include "server/session/testing/memory_map_store.h"
 
 namespace hypermap::server {
@@ -22,19 +23,18 @@ class Asked {
  public:
   ReadIndex::Callback done() {
     return [this](const absl::StatusOr<storage::NewestRevision>& newest) {
-      answer_ = newest;
-      answered_.Notify();
+      answer_.set_value(newest);
     };
   }
-  bool is_answered() const { return answered_.HasBeenNotified(); }
-  const absl::StatusOr<storage::NewestRevision>& Await() {
-    answered_.WaitForNotification();
-    return answer_;
+  bool is_answered() const {
+    return answered_.wait_for(std::chrono::seconds(0)) == std::future_status::ready;
   }
+  const absl::StatusOr<storage::NewestRevision>& Await() const { return answered_.get(); }
 
  private:
-  absl::StatusOr<storage::NewestRevision> answer_ = absl::UnknownError("not answered");
-  absl::Notification answered_;
+  std::promise<absl::StatusOr<storage::NewestRevision>> answer_;
+  const std::shared_future<absl::StatusOr<storage::NewestRevision>> answered_ =
+      answer_.get_future().share();
 };
 
 class ReadIndexTest : public ::testing::Test {

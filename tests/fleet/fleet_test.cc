@@ -1,12 +1,12 @@
 // Sites that share a database: each map has one owner, and all sites show it.
 #include <chrono>
+#include <future>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/synchronization/notification.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
 #include "gmock/gmock.h"
@@ -138,14 +138,14 @@ absl::StatusOr<Revision> AskLinearizable(Site& site, const std::string& map) {
   v1::AsOf as_of;
   as_of.set_consistency(v1::CONSISTENCY_LINEARIZABLE);
   RevisionWait wait;
-  absl::StatusOr<Revision> reached;
-  absl::Notification ended;
-  wait.Start(facilities, scope, as_of, [&](const absl::StatusOr<Revision>& least) {
-    reached = least;
-    ended.Notify();
-  });
-  if (!ended.WaitForNotificationWithTimeout(kDeadline)) wait.Stop();
-  HYPERMAP_RETURN_IF_ERROR(reached.status());
+  std::promise<absl::StatusOr<Revision>> reached;
+  std::future<absl::StatusOr<Revision>> ended = reached.get_future();
+  wait.Start(facilities, scope, as_of,
+             [&](const absl::StatusOr<Revision>& least) { reached.set_value(least); });
+  if (ended.wait_for(absl::ToChronoMilliseconds(kDeadline)) != std::future_status::ready) {
+    wait.Stop();
+  }
+  HYPERMAP_RETURN_IF_ERROR(ended.get().status());
   HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session, site.Find(map));
   return session->snapshot()->revision;
 }
