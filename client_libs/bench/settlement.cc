@@ -154,6 +154,11 @@ absl::Status CompareWatchers(client::Client& client, const FleetOptions& options
 absl::Status CompareMap(client::Client& client, const FleetOptions& options,
                         const ImaginedSite& site, const client::MapEntry& start,
                         const Witnesses& witnesses, Consistency* found) {
+  // From here on the client takes no answer of a server that does not have all that was
+  // acknowledged.
+  client::CallOptions linearizable;
+  linearizable.as_of.consistency = hypermap::Consistency::kLinearizable;
+  HYPERMAP_RETURN_IF_ERROR(client.QueryPoint(options.map, Point{0, 0}, {}, linearizable).status());
   HYPERMAP_ASSIGN_OR_RETURN(const client::MapEntry map, client.GetMap(options.map));
   found->newest = map.revision;
   if (map.incarnation != start.incarnation) {
