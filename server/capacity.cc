@@ -39,8 +39,20 @@ constexpr int64_t kThreadsOfWorker = 8;
 constexpr int64_t kAddressesOfProgram = int64_t{192} << 20;
 // The least memory with which a server is of use: an eighth of it is for requests.
 constexpr int64_t kLeastMemory = int64_t{64} << 20;
+// Addresses that glibc reserves for an arena (HEAP_MAX_SIZE).
+constexpr int64_t kAddressesOfArena = int64_t{64} << 20;
 
 int64_t ThreadsOfServer(int num_workers) { return kFixedThreads + kThreadsOfWorker * num_workers; }
+
+// Addresses that the program and the stacks of its threads take.
+int64_t OwnAddresses(const Resources& resources) {
+  return kAddressesOfProgram + ThreadsOfServer(resources.num_workers) * resources.stack_bytes;
+}
+
+// The most memory that a server with a limited address space may count on.
+int64_t MostMemory(const Resources& resources) {
+  return (resources.address_space - OwnAddresses(resources)) / 2;
+}
 
 // Returns the number of files of which LimitConnections makes this many connections.
 int64_t FilesOfConnections(int64_t connections) { return (connections + 2) / 3 * 4; }
@@ -50,13 +62,12 @@ int64_t FilesOfConnections(int64_t connections) { return (connections + 2) / 3 *
 absl::StatusOr<int64_t> MemoryLimit(int64_t asked, const Resources& resources) {
   const int64_t usable = resources.memory / 4 * 3;
   if (resources.address_space == 0) return asked == 0 ? usable : asked;
-  const int64_t own =
-      kAddressesOfProgram + ThreadsOfServer(resources.num_workers) * resources.stack_bytes;
-  const int64_t most = (resources.address_space - own) / 2;
+  const int64_t most = MostMemory(resources);
   if (most < kLeastMemory) {
     return absl::FailedPreconditionError(
         absl::StrCat("the process may have ", resources.address_space,
-                     " bytes of address space (ulimit -v), and needs ", own + 2 * kLeastMemory));
+                     " bytes of address space (ulimit -v), and needs ",
+                     OwnAddresses(resources) + 2 * kLeastMemory));
   }
   if (asked > most) {
     return absl::InvalidArgumentError(
@@ -64,6 +75,12 @@ absl::StatusOr<int64_t> MemoryLimit(int64_t asked, const Resources& resources) {
                      " for which the limit of address space (ulimit -v) leaves room"));
   }
   return asked == 0 ? std::min(usable, most) : asked;
+}
+
+int MostArenas(const Resources& resources) {
+  if (resources.address_space == 0) return 0;
+  const int64_t most = MostMemory(resources) / kAddressesOfArena;
+  return static_cast<int>(std::clamp<int64_t>(most, 1, kFixedThreads));
 }
 
 absl::StatusOr<Capacity> DivideResources(const Limits& limits, const Resources& resources,

@@ -37,6 +37,10 @@ struct Resources {
 // is asked for.
 absl::StatusOr<int64_t> MemoryLimit(int64_t asked, const Resources& resources);
 
+// Returns how many arenas the allocator may have if the address space is limited, otherwise 0. Each
+// reserves addresses, of which none would be left for the stack of a new thread.
+int MostArenas(const Resources& resources);
+
 // Divides the files that the process may have open, so that neither maps nor connections can take
 // the share of the others. Limits that are set stay as they are. Of the files besides the server's
 // own, an eighth is for readers of past revisions, three eighths are for maps, and the rest is for

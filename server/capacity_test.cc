@@ -96,6 +96,19 @@ TEST(MemoryLimitTest, LeavesAddressesForTheStacksOfThreads) {
   EXPECT_THAT(std::string(too_little.message()), HasSubstr("ulimit -v"));
 }
 
+TEST(MostArenasTest, AreNotMoreThanTheAddressesThatTheMemoryLeaves) {
+  Resources resources;
+  resources.num_workers = 2;
+  resources.stack_bytes = int64_t{8} << 20;
+  EXPECT_EQ(MostArenas(resources), 0);
+  resources.address_space = 2 * kGibibyte;
+  EXPECT_EQ(MostArenas(resources), 10);  // 672 / 64
+  resources.address_space = kGibibyte;
+  EXPECT_EQ(MostArenas(resources), 2);
+  resources.address_space = 100 * kGibibyte;
+  EXPECT_EQ(MostArenas(resources), 48);
+}
+
 TEST(CapacityTest, ReadersAreBoundedByAThirtySecondOfTheMemory) {
   Limits limits = LimitsWith(0, 0);
   EXPECT_EQ(Divided(limits, 1 << 20).max_extra_readers, 256);

@@ -293,6 +293,7 @@ absl::Status Serve(ShutdownSignals& signals) {
   const Resources resources = ResourcesOfProcess();
   const Limits asked = LimitsOfFlags();
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t memory_limit, MemoryLimit(asked.memory_limit, resources));
+  if (const int arenas = MostArenas(resources); arenas > 0) mallopt(M_ARENA_MAX, arenas);
   Limits limits = BoundByMemory(asked, memory_limit);
   HYPERMAP_ASSIGN_OR_RETURN(
       OpenedStorage storage,
