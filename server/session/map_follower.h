@@ -16,7 +16,7 @@ namespace hypermap::server {
 // snapshots: a follower has the same snapshots and the same feed as the owner. Used by one thread.
 class MapFollower {
  public:
-  // `stored` must outlive this.
+  // `stored` must live until Close.
   explicit MapFollower(storage::StoredMap* stored) : stored_(stored) {}
 
   struct Steps {
@@ -26,6 +26,9 @@ class MapFollower {
   // Reads some of the commits after a snapshot. UNAVAILABLE, and OUT_OF_RANGE if the store does not
   // keep them any more, so that the map has to be loaded again; DATA_LOSS if they don't fit to it.
   absl::StatusOr<Steps> Read(const SnapshotPtr& from);
+
+  // Closes what is open in `stored`, which need not live any longer. REQUIRES: no more Read.
+  void Close() { reader_.reset(); }
 
  private:
   storage::StoredMap* const stored_;

@@ -377,8 +377,7 @@ void MapSession::Close() {
   if (writer_) writer_->Join();
   history_.Close();
   fusion_.reset();
-  // The reader may be used as long as the map is open.
-  if (follower_) follower_.emplace(nullptr);
+  if (follower_) follower_->Close();
   stored_.reset();
 }
 

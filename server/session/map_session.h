@@ -276,7 +276,7 @@ class MapSession {
   // Used by the writer's thread only, while it runs.
   std::unique_ptr<storage::StoredMap> stored_;
   std::unique_ptr<MapFusion> fusion_;    // null if the map is followed
-  std::optional<MapFollower> follower_;  // of a followed map
+  std::optional<MapFollower> follower_;  // of a followed map; set before others have the session
   MapTime time_;
   bool mark_failed_ = false;  // the newest attempt to store a mark
   ExpirySchedule expiry_;
