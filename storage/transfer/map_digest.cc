@@ -9,9 +9,10 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
+#include "map/digest/digest_writer.h"
 #include "map/layers/layer_registry.h"
 #include "storage/history.h"
-#include "storage/transfer/digest_writer.h"
+#include "storage/transfer/history_digest.h"
 #include "storage/transfer/paging.h"
 
 namespace hypermap::storage {
@@ -66,9 +67,9 @@ absl::StatusOr<MapDigest> Digester::Run() {
 absl::Status Digester::AddHeader() {
   const MapHeader& header = map_.header();
   DigestWriter writer;
-  writer.Add(absl::string_view(header.frame_id));
+  writer.Add(header.frame_id);
   writer.Add(header.created_at);
-  writer.Add(absl::string_view(header.request_id));
+  writer.Add(header.request_id);
   writer.Add(position_.kept.oldest);
   writer.Add(position_.kept.newest);
   writer.Add(position_.next_object_id);
@@ -91,22 +92,22 @@ absl::Status Digester::AddContent(const std::string& part, Revision revision) {
 }
 
 absl::Status Digester::AddLayer(PastMap& past, const LayerStructure& layer, DigestWriter* writer) {
-  HYPERMAP_RETURN_IF_ERROR(writer->Add(layer));
+  AddTo(writer, layer);
   if (!IsGridKind(layer.spec.kind)) {
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<ObjectPtr> objects, past.Objects(layer.spec.name));
-    for (const ObjectPtr& object : objects) HYPERMAP_RETURN_IF_ERROR(writer->Add(object.get()));
-    writer->Add(static_cast<int64_t>(objects.size()));
+    for (const ObjectPtr& object : objects) writer->Add(object.get());
+    writer->Add(objects.size());
     digest_.num_objects += static_cast<int64_t>(objects.size());
     return absl::OkStatus();
   }
   HYPERMAP_ASSIGN_OR_RETURN(const TileMap tiles, past.Tiles(layer.spec.name, layer.extent));
   for (const auto& [index, tile] : tiles) {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-    writer->Add(int64_t{index.row});
-    writer->Add(int64_t{index.col});
+    writer->Add(index.row);
+    writer->Add(index.col);
     writer->Add(tile.get());
   }
-  writer->Add(static_cast<int64_t>(tiles.size()));
+  writer->Add(tiles.size());
   return absl::OkStatus();
 }
 
@@ -121,7 +122,7 @@ absl::Status Digester::AddRevisions() {
     for (const RevisionRecord& record : records) {
       writer.Add(record.revision);
       writer.Add(record.time);
-      writer.Add(absl::string_view(record.author));
+      writer.Add(record.author);
       writer.Add(record.num_changes);
     }
     digest_.num_revisions += static_cast<int64_t>(records.size());
@@ -137,7 +138,9 @@ absl::Status Digester::AddCommits() {
       ForEachPage(*history_, position_.kept, [&](absl::Span<PastCommit> commits) -> absl::Status {
         for (const PastCommit& commit : commits) {
           writer.Add(commit.record.revision);
-          for (const Change& change : commit.changes) HYPERMAP_RETURN_IF_ERROR(writer.Add(change));
+          for (const Change& change : commit.changes) {
+            HYPERMAP_RETURN_IF_ERROR(AddTo(&writer, change));
+          }
         }
         return absl::OkStatus();
       });
@@ -150,12 +153,12 @@ absl::Status Digester::AddReceipts() {
   DigestWriter writer;
   const absl::Status status = ForEachReceipts(map_, [&](absl::Span<TimedReceipt> receipts) {
     for (const TimedReceipt& timed : receipts) {
-      writer.Add(absl::string_view(timed.receipt.request_id));
+      writer.Add(timed.receipt.request_id);
       writer.Add(timed.receipt.revision);
-      writer.Add(absl::string_view(timed.receipt.request_digest));
+      writer.Add(timed.receipt.request_digest);
       writer.Add(timed.time);
       for (const ObjectId id : timed.receipt.object_ids) writer.Add(id);
-      writer.Add(static_cast<int64_t>(timed.receipt.object_ids.size()));
+      writer.Add(timed.receipt.object_ids.size());
     }
     return absl::OkStatus();
   });
@@ -173,7 +176,7 @@ absl::Status Digester::AddTimeMarks() {
     writer.Add(absl::ToInt64Nanoseconds(mark.passed));
     writer.Add(absl::ToInt64Nanoseconds(mark.lived));
     writer.Add(mark.server_time);
-    writer.Add(absl::string_view(mark.boot_id));
+    writer.Add(mark.boot_id);
     writer.Add(absl::ToInt64Nanoseconds(mark.since_boot));
   }
   digest_.parts["time marks"] = std::move(writer).Finish();
@@ -191,21 +194,21 @@ absl::Status Digester::AddEvidence() {
 absl::Status Digester::AddEvidenceOf(const std::string& layer, const FusionSettings& settings) {
   FusionLog& log = map_.fusion_log();
   DigestWriter writer;
-  writer.Add(absl::string_view(settings.strategy));
-  writer.Add(absl::string_view(settings.parameters));
-  writer.Add(absl::string_view(settings.exploration_layer));
+  writer.Add(settings.strategy);
+  writer.Add(settings.parameters);
+  writer.Add(settings.exploration_layer);
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<TrackId> tracks, log.Tracks(layer));
   for (const auto& [track, id] : tracks) {
-    writer.Add(absl::string_view(track));
+    writer.Add(track);
     writer.Add(id);
   }
-  writer.Add(static_cast<int64_t>(tracks.size()));
+  writer.Add(tracks.size());
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<FusionBase> base, log.FindBase(layer));
-  writer.Add(int64_t{base.has_value()});
+  writer.Add(base.has_value());
   if (base) {
-    writer.Add(base->key);
+    AddTo(&writer, base->key);
     writer.Add(base->num_facts);
-    writer.Add(absl::string_view(base->state));
+    writer.Add(base->state);
   }
   std::set<std::string> robots;
   const LogKey after = base ? base->key : BeforeAll();
@@ -224,13 +227,13 @@ absl::Status Digester::AddEntries(const std::string& layer, const LogKey& base,
       if (entry.key.number == 0) robots->insert(entry.key.after.robot);
       if (entry.key <= base) continue;
       if (entry.key.number == 0) ++digest_.num_observations;
-      writer->Add(entry.key);
-      writer->Add(absl::string_view(entry.kind));
-      writer->Add(absl::string_view(entry.track));
-      writer->Add(absl::string_view(entry.body));
-      writer->Add(static_cast<int64_t>(stored.content_hash));
+      AddTo(writer, entry.key);
+      writer->Add(entry.kind);
+      writer->Add(entry.track);
+      writer->Add(entry.body);
+      writer->Add(stored.content_hash);
       writer->Add(stored.received_at);
-      writer->Add(int64_t{stored.retracted});
+      writer->Add(stored.retracted);
     }
     return absl::OkStatus();
   };
@@ -248,21 +251,21 @@ absl::Status Digester::AddNames(const std::string& layer, const std::set<std::st
   for (const std::string& robot : all) {
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<SequenceRange> ranges,
                               map_.fusion_log().Sequences(layer, robot));
-    writer->Add(absl::string_view(robot));
+    writer->Add(robot);
     for (const SequenceRange& range : ranges) {
       writer->Add(range.first);
       writer->Add(range.last);
     }
-    writer->Add(static_cast<int64_t>(ranges.size()));
+    writer->Add(ranges.size());
   }
   return absl::OkStatus();
 }
 
 absl::Status Digester::AddCheckpoints(const std::string& layer, DigestWriter* writer) {
   return ForEachCheckpoint(map_.fusion_log(), layer, [&](const FusionCheckpoint& checkpoint) {
-    writer->Add(checkpoint.key);
+    AddTo(writer, checkpoint.key);
     writer->Add(checkpoint.stored_at);
-    writer->Add(absl::string_view(checkpoint.state));
+    writer->Add(checkpoint.state);
     return absl::OkStatus();
   });
 }

@@ -98,6 +98,11 @@ ROOMS = {
         "base/cancellation", "map/geometry", "map/grid", "map/objects", "map/values",
     ),
     "map": pure("base/cancellation", "base/containers", "map/frames", "map/grid", "map/layers"),
+    "map/digest": Room(
+        ["base/cancellation", "base/digest", "map", "map/frames", "map/geometry", "map/grid",
+         "map/layers", "map/objects"],
+        DOMAIN, outside_world=False, target="content_digest",
+    ),
     "map/query": pure(
         "base/cancellation", "base/metering", "map", "map/geometry", "map/grid", "map/layers",
         "map/objects", "map/values",
@@ -177,8 +182,8 @@ ROOMS = {
     ),
     # Copies maps from store to store, and so knows none of them.
     "storage/transfer": Room(
-        ["base/cancellation", "base/digest", "base/status", "map", "map/edits", "map/grid",
-         "map/layers", "storage", "storage/encoding"],
+        ["base/cancellation", "base/status", "map", "map/digest", "map/edits", "map/layers", "storage",
+         "storage/encoding"],
         {"absl"},
     ),
     "storage/outbox": Room(["base/status", "storage/sqlite"], {"absl"}, target="outbox_file"),
@@ -199,8 +204,9 @@ ROOMS = {
     ),
     "server/session": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging", "base/metering",
-         "base/status", "base/sync", "base/time", "map", "map/edits", "map/layers", "map/objects",
-         "map/observations", "map/query", "map/watch", "server/fusion", "server/presence", "storage"],
+         "base/status", "base/sync", "base/time", "map", "map/digest", "map/edits", "map/layers",
+         "map/objects", "map/observations", "map/query", "map/watch", "server/fusion",
+         "server/presence", "storage"],
         {"absl"},
     ),
     "server/exploration": Room(
