@@ -49,6 +49,7 @@
 #include "server/service_manager.h"
 #include "server/services/evidence_codec.h"
 #include "server/services/grpc_server.h"
+#include "server/session/comparison_schedule.h"
 #include "server/session/history_pool.h"
 #include "server/session/site.h"
 #include "storage/map_store.h"
@@ -99,6 +100,10 @@ ABSL_FLAG(absl::Duration, trash_age, absl::Hours(7 * 24),
 ABSL_FLAG(
     std::string, backup_folder, "",
     "Folder in which the server keeps backups of all maps that it makes by itself; empty: none");
+ABSL_FLAG(
+    absl::Duration, compare_every, absl::Hours(1),
+    "With --store: time between two comparisons of what this server shows of the maps with what "
+    "is stored; 0: none");
 ABSL_FLAG(absl::Duration, backup_every, absl::Hours(24), "Time between two backups of a map");
 ABSL_FLAG(int, backup_keep, 7,
           "Number of verified backups of a map that are kept; older ones are removed");
@@ -148,6 +153,10 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
   }
   if (absl::GetFlag(FLAGS_backup_every) < absl::Seconds(1)) {
     return absl::InvalidArgumentError("--backup_every must be at least 1s");
+  }
+  const absl::Duration compare_every = absl::GetFlag(FLAGS_compare_every);
+  if (compare_every != absl::ZeroDuration() && compare_every < absl::Seconds(1)) {
+    return absl::InvalidArgumentError("--compare_every must be 0 or at least 1s");
   }
   if (absl::GetFlag(FLAGS_backup_keep) < 1) {
     return absl::InvalidArgumentError("--backup_keep must be positive");
@@ -345,13 +354,19 @@ absl::Status Serve(ShutdownSignals& signals) {
         backups, BackupSchedule::Start(site.get(), {folder, absl::GetFlag(FLAGS_backup_every),
                                                     absl::GetFlag(FLAGS_backup_keep)}));
   }
+  std::unique_ptr<ComparisonSchedule> comparisons;
+  const absl::Duration compare_every = absl::GetFlag(FLAGS_compare_every);
+  if (!site->server_id().empty() && compare_every > absl::ZeroDuration()) {
+    HYPERMAP_ASSIGN_OR_RETURN(comparisons, ComparisonSchedule::Start(site.get(), compare_every));
+  }
   // Destroyed before what it reads.
   std::unique_ptr<MetricsListener> metrics;
   if (const std::string address = absl::GetFlag(FLAGS_metrics_listen); !address.empty()) {
     HYPERMAP_ASSIGN_OR_RETURN(
         metrics, MetricsListener::Start(address,
                                         std::make_unique<ServerMetrics>(
-                                            facilities, backups ? &backups->meters() : nullptr),
+                                            facilities, backups ? &backups->meters() : nullptr,
+                                            comparisons ? &comparisons->meters() : nullptr),
                                         [site = site.get()] { return NotesAboutMaps(*site); }));
     logging::Log(logging::Level::kInfo, "metrics are served", {{"address", metrics->address()}});
   }

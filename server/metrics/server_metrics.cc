@@ -189,6 +189,18 @@ void AddBackups(const BackupMeters& backups, std::vector<MetricFamily>& out) {
   out.push_back(std::move(newest));
 }
 
+void AddComparisons(const ComparisonMeters& comparisons, std::vector<MetricFamily>& out) {
+  Family total("hypermap_comparisons_total",
+               "Comparisons of what is shown of maps with the store, by map and result.",
+               MetricType::Counter);
+  for (const auto& [map, of_map] : comparisons.Read()) {
+    total.Add({{"map", map}, {"result", "equal"}}, static_cast<double>(of_map.equal));
+    total.Add({{"map", map}, {"result", "different"}}, static_cast<double>(of_map.different));
+    total.Add({{"map", map}, {"result", "failed"}}, static_cast<double>(of_map.failed));
+  }
+  out.push_back(std::move(total));
+}
+
 }  // namespace
 
 std::vector<MetricFamily> ServerMetrics::Collect() const {
@@ -201,6 +213,7 @@ std::vector<MetricFamily> ServerMetrics::Collect() const {
   AddBudgets(*facilities_.budgets, facilities_.limits, out);
   AddAuthFailures(*facilities_.meters, out);
   if (backups_ != nullptr) AddBackups(*backups_, out);
+  if (comparisons_ != nullptr) AddComparisons(*comparisons_, out);
   AddProcess(out);
   return out;
 }

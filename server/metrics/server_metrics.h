@@ -10,6 +10,7 @@
 
 #include "server/rpc/facilities.h"
 #include "server/session/backup_meters.h"
+#include "server/session/comparison_meters.h"
 
 namespace hypermap::server {
 
@@ -17,16 +18,18 @@ namespace hypermap::server {
 // metrics are those of go-grpc-middleware, for which there are dashboards. Thread safe.
 class ServerMetrics final : public prometheus::Collectable {
  public:
-  // Everything that `facilities` points to must outlive this, and so must `backups`, which may be
-  // null.
-  ServerMetrics(const Facilities& facilities, const BackupMeters* backups)
-      : facilities_(facilities), backups_(backups) {}
+  // Everything that `facilities` points to must outlive this, and so must `backups` and
+  // `comparisons`, which may be null.
+  ServerMetrics(const Facilities& facilities, const BackupMeters* backups,
+                const ComparisonMeters* comparisons = nullptr)
+      : facilities_(facilities), backups_(backups), comparisons_(comparisons) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override;
 
  private:
   const Facilities facilities_;
   const BackupMeters* const backups_;
+  const ComparisonMeters* const comparisons_;
 };
 
 // A line for each map whose state is not kServing, with the state and its reason.

@@ -419,6 +419,31 @@ absl::Status Site::DeleteReserved(const std::string& map, const std::string& req
   return status;
 }
 
+absl::StatusOr<StoreComparison> Site::CompareWithStore(const MapSession& session) {
+  const SnapshotPtr shown = session.snapshot();
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<storage::StoredMap> stored,
+                            store_->Follow(session.header().name));
+  HYPERMAP_RETURN_IF_ERROR(session.CheckIncarnation(stored->header().incarnation));
+  return server::CompareWithStore(*shown, *stored);
+}
+
+absl::Status Site::LoadAgain(const std::string& map, uint64_t incarnation) {
+  HYPERMAP_RETURN_IF_ERROR(Reserve(map));
+  const absl::Cleanup release = [&] { Release(map); };
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const bool was_without_room,
+      TakeOut(map, incarnation, absl::UnavailableError("the map is being loaded again")));
+  if (!placement_) {
+    PutBack(map, was_without_room);
+    return absl::OkStatus();
+  }
+  // Who owns it by then is planned with the other servers.
+  const MutexLock lock(&mutex_);
+  --num_changing_;
+  if (placing_) placing_->Wake();
+  return absl::OkStatus();
+}
+
 absl::StatusOr<CheckReport> Site::CheckFile(const std::string& path) {
   return store_->CheckFile(path, CheckBy(options_.fusion.codec));
 }

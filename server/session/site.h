@@ -21,6 +21,7 @@
 #include "server/session/map_session.h"
 #include "server/session/placement.h"
 #include "server/session/read_index.h"
+#include "server/session/store_comparison.h"
 #include "storage/map_store.h"
 
 namespace hypermap::server {
@@ -116,6 +117,13 @@ class Site {
   static constexpr absl::Duration kFirstPause = absl::Seconds(1);
   static constexpr absl::Duration kLastPause = absl::Minutes(1);
   void ReopenMaps();
+
+  // Compares what the session shows with what a shared store has. ABORTED if the store has another
+  // incarnation of the map; errors of MapStore::Follow and of server::CompareWithStore.
+  absl::StatusOr<StoreComparison> CompareWithStore(const MapSession& session);
+  // Closes a map that is shown otherwise than the store has it, and opens it again as before.
+  // Errors of Delete, except those of the store.
+  absl::Status LoadAgain(const std::string& map, uint64_t incarnation);
 
   // Tells the other servers that share the store at which address they reach this one.
   void Advertise(const std::string& address) { store_->Advertise(address); }

@@ -12,6 +12,7 @@
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
 #include "server/rpc/revision_wait.h"
+#include "server/session/comparison_schedule.h"
 #include "server/session/not_owner.h"
 #include "server/session/site.h"
 #include "server/watch/watch_source.h"
@@ -22,6 +23,9 @@
 
 namespace hypermap::server {
 namespace {
+
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
 
 using storage::ExpectSame;
 using storage::SemanticSpec;
@@ -94,6 +98,16 @@ class FleetTest : public ::testing::Test {
     auto session = site.Find(map);
     if (!session.ok()) return session.status();
     return (*session)->SubmitAndWait({batch, "tester", request_id});
+  }
+
+  // Runs a statement in the database, without any server.
+  void Execute(const std::string& statement) const {
+    storage::postgres::ConnectOptions options;
+    options.target = database_;
+    const auto connection = storage::postgres::Connection::Open(options);
+    ASSERT_TRUE(connection.ok()) << connection.status();
+    const absl::Status status = (*connection)->Execute(statement);
+    ASSERT_TRUE(status.ok()) << status;
   }
 
   std::string database_;
@@ -264,14 +278,58 @@ TEST_F(FleetTest, AReplacedOwnerRefusesNoEdits) {
   const EditBatch refused{{DeleteLayer{"other"}}};
   EXPECT_EQ(Edit(*site, "site", refused).status().code(), absl::StatusCode::kNotFound);
   // Another server takes the map over, as if this one had been frozen.
-  storage::postgres::ConnectOptions options;
-  options.target = database_;
-  const auto connection = storage::postgres::Connection::Open(options);
-  ASSERT_TRUE(connection.ok()) << connection.status();
-  ASSERT_TRUE(
-      (*connection)->Execute("UPDATE hypermap.maps SET owner = 'b', epoch = epoch + 1").ok());
+  Execute("UPDATE hypermap.maps SET owner = 'b', epoch = epoch + 1");
   // It may have made the layer.
   EXPECT_EQ(Edit(*site, "site", refused).status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST_F(FleetTest, WhatIsShownOtherwiseThanItIsStoredIsFoundAndLoadedAgain) {
+  const auto owner = OpenSite("a");
+  ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*owner, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  ASSERT_TRUE(Edit(*owner, "site", {{CreateLayer{SemanticSpec("other")}}}).ok());
+  ASSERT_TRUE(Edit(*owner, "site", {{PutObject{"s", UnitSquare("chair"), ""}}}).ok());
+  const auto follower = OpenSite("b");
+  AwaitMap(*follower, "site");
+  AwaitRevision(*follower, "site", 3);
+  for (Site* site : {owner.get(), follower.get()}) {
+    const auto compared = site->CompareWithStore(**site->Find("site"));
+    ASSERT_TRUE(compared.ok()) << compared.status();
+    EXPECT_THAT(compared->differing, IsEmpty());
+  }
+  Execute("UPDATE hypermap.objects SET label = 'sofa'");
+  for (Site* site : {owner.get(), follower.get()}) {
+    const auto compared = site->CompareWithStore(**site->Find("site"));
+    ASSERT_TRUE(compared.ok()) << compared.status();
+    EXPECT_EQ(compared->revision, 3);
+    EXPECT_THAT(compared->differing, ElementsAre("s"));
+  }
+
+  const auto shows = [](Site& site, const std::string& label) {
+    const auto session = site.Find("site");
+    if (!session.ok()) return false;
+    const SnapshotPtr snapshot = (*session)->snapshot();
+    return snapshot->FindSemantic("s")->Objects().front()->label == label;
+  };
+  std::vector<std::unique_ptr<ComparisonSchedule>> schedules;
+  for (Site* site : {follower.get(), owner.get()}) {
+    schedules.push_back(*ComparisonSchedule::Start(site, absl::Milliseconds(20)));
+  }
+  const auto sum = [&](int64_t ComparisonMeters::OfMap::*count) {
+    int64_t total = 0;
+    for (const auto& schedule : schedules) total += schedule->meters().Read()["site"].*count;
+    return total;
+  };
+  // If the map changes hands meanwhile, one of them loads it for that reason.
+  EXPECT_TRUE(Await([&] { return shows(*owner, "sofa") && shows(*follower, "sofa"); }));
+  EXPECT_GE(sum(&ComparisonMeters::OfMap::different), 1);
+  const int64_t equal = sum(&ComparisonMeters::OfMap::equal);
+  EXPECT_TRUE(Await([&] { return sum(&ComparisonMeters::OfMap::equal) > equal; }));
+  // One of them owns the map, and it can be edited as before.
+  EXPECT_TRUE(Await([&] {
+    return Edit(*owner, "site", {{PutObject{"s", UnitSquare("cup"), ""}}}).ok() ||
+           Edit(*follower, "site", {{PutObject{"s", UnitSquare("cup"), ""}}}).ok();
+  }));
 }
 
 TEST_F(FleetTest, MapsThatAreMadeAndDeletedElsewhereComeAndGo) {
