@@ -114,14 +114,12 @@ absl::Status Migrate(const MigrateOptions& options, Session& s) {
     absl::StatusOr<Migration> migration =
         options.only_reads() ? storage::CompareMaps(*from, to.get(), name)
                              : storage::MigrateMap(*from, *to, name, Progress(name, s.err));
-    if (migration.ok()) {
-      migrated.push_back({*std::move(migration), ""});
-    } else {
+    if (!migration.ok()) {
       migrated.push_back({Migration{name}, std::string(migration.status().message())});
+      continue;
     }
-    const bool is_missing = options.verify_only && migration.ok() &&
-                            migrated.back().migration.state == Migration::State::kToCopy;
-    if (is_missing) migrated.back().problem = "there is no copy";
+    const bool is_missing = options.verify_only && migration->state == Migration::State::kToCopy;
+    migrated.push_back({*std::move(migration), is_missing ? "there is no copy" : ""});
   }
   s.exit_code = ExitCodeOf(migrated);
   s.output.Show(migrated);
