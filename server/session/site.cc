@@ -1,9 +1,7 @@
 #include "server/session/site.h"
 
 #include <algorithm>
-#include <atomic>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "absl/cleanup/cleanup.h"
@@ -13,7 +11,7 @@
 #include "base/cancellation/cancellation.h"
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
-#include "base/sync/start_thread.h"
+#include "base/sync/parallel.h"
 #include "map/layers/layer_spec.h"
 #include "server/fusion/evidence.h"
 #include "server/session/not_owner.h"
@@ -494,18 +492,8 @@ void Site::Close() {
       if (entry.session) sessions.push_back(entry.session);
     }
   }
-  std::atomic<size_t> next = 0;
-  const auto close_some = [&] {
-    for (size_t i = next++; i < sessions.size(); i = next++) sessions[i]->Close();
-  };
-  std::vector<std::thread> threads;
-  while (threads.size() + 1 < std::min(kClosingThreads, sessions.size())) {
-    absl::StatusOr<std::thread> thread = StartThread("hm-closing", close_some);
-    if (!thread.ok()) break;
-    threads.push_back(*std::move(thread));
-  }
-  close_some();
-  for (std::thread& thread : threads) thread.join();
+  RunInParallel("hm-closing", kClosingThreads, sessions.size(),
+                [&](size_t i) { sessions[i]->Close(); });
 }
 
 }  // namespace hypermap::server
