@@ -49,21 +49,53 @@ std::string ValueOf(const ParsedTarget& target, absl::string_view keyword) {
   return "";
 }
 
-// The hosts of the target, which are separated by commas.
-int CountHosts(const ParsedTarget& target) {
-  const std::string addresses = ValueOf(target, "hostaddr");
-  const std::string hosts = addresses.empty() ? ValueOf(target, "host") : addresses;
-  return 1 + static_cast<int>(std::count(hosts.begin(), hosts.end(), ','));
-}
-
 struct Keyword {
   const char* name;
   std::string value;
 };
 
+// Hosts of a target that libpq tries in one attempt.
+struct Attempt {
+  int num_hosts = 1;
+  std::vector<Keyword> host;  // in place of the target's hosts; empty: all of them
+};
+
+// The elements that are separated by commas.
+std::vector<std::string> ListOf(const ParsedTarget& target, absl::string_view keyword) {
+  const std::string value = ValueOf(target, keyword);
+  if (value.empty()) return {};
+  return absl::StrSplit(value, ',');
+}
+
+// An attempt for each host: libpq itself goes on with the next one if a host can't be reached, but
+// not if the connection is taken and then ended or never answered, as by a proxy whose database has
+// died, or by a machine that hangs.
+std::vector<Attempt> AttemptsOf(const ParsedTarget& target) {
+  const std::vector<std::string> hosts = ListOf(target, "host");
+  const std::vector<std::string> addresses = ListOf(target, "hostaddr");
+  const std::vector<std::string> ports = ListOf(target, "port");
+  const size_t num = std::max({hosts.size(), addresses.size(), size_t{1}});
+  const bool fit = (hosts.size() == num || hosts.empty()) &&
+                   (addresses.size() == num || addresses.empty()) &&
+                   (ports.size() == num || ports.size() <= 1);
+  // libpq refuses lists that don't fit, and asks all hosts for a standby before it takes the
+  // primary.
+  if (num == 1 || !fit || ValueOf(target, "target_session_attrs") == "prefer-standby") {
+    return {{static_cast<int>(num), {}}};
+  }
+  std::vector<Attempt> attempts(num);
+  for (size_t i = 0; i < num; ++i) {
+    if (!hosts.empty()) attempts[i].host.push_back({"host", hosts[i]});
+    if (!addresses.empty()) attempts[i].host.push_back({"hostaddr", addresses[i]});
+    if (!ports.empty()) attempts[i].host.push_back({"port", ports[ports.size() == 1 ? 0 : i]});
+  }
+  return attempts;
+}
+
 // The keywords of a connection, of which libpq takes the last one of each name: those before dbname
 // are defaults, which the target may set otherwise.
-std::vector<Keyword> KeywordsOf(const ConnectOptions& options, const ParsedTarget& target) {
+std::vector<Keyword> KeywordsOf(const ConnectOptions& options, const ParsedTarget& target,
+                                const Attempt& attempt) {
   std::vector<Keyword> keywords = {
       {"application_name", options.application_name},
       {"keepalives_idle", "5"},
@@ -77,6 +109,7 @@ std::vector<Keyword> KeywordsOf(const ConnectOptions& options, const ParsedTarge
   if (options.prepares) {
     keywords.push_back({"options", absl::StrCat(ValueOf(target, "options"), " ", kSettings)});
   }
+  keywords.insert(keywords.end(), attempt.host.begin(), attempt.host.end());
   return keywords;
 }
 
@@ -154,6 +187,30 @@ void AllowBusySessions(int socket, absl::Duration response_timeout) {
   static_cast<void>(setsockopt(socket, IPPROTO_TCP, TCP_USER_TIMEOUT, &timeout, sizeof(timeout)));
 }
 
+absl::StatusOr<Handle> Try(const ConnectOptions& options, const ParsedTarget& target,
+                           const Attempt& attempt) {
+  Handle handle = StartConnecting(KeywordsOf(options, target, attempt));
+  if (handle == nullptr) return absl::ResourceExhaustedError("no memory for a connection");
+  // Notices would be printed.
+  PQsetNoticeReceiver(
+      handle.get(), [](void*, const PGresult*) {}, nullptr);
+  if (PQstatus(handle.get()) == CONNECTION_BAD) return ConnectError(handle.get());
+  PQsetErrorVerbosity(handle.get(), PQERRORS_VERBOSE);
+  HYPERMAP_RETURN_IF_ERROR(
+      FinishConnecting(handle.get(), options.connect_timeout * attempt.num_hosts));
+  PQsetErrorVerbosity(handle.get(), PQERRORS_DEFAULT);
+  if (PQsetnonblocking(handle.get(), 1) != 0) return ConnectError(handle.get());
+  AllowBusySessions(PQsocket(handle.get()), options.response_timeout);
+  return handle;
+}
+
+// What no host answered: UNAVAILABLE if any of them may answer otherwise later.
+absl::Status Together(const absl::Status& before, const absl::Status& more) {
+  if (before.ok()) return more;
+  if (!absl::IsUnavailable(before) && !absl::IsUnavailable(more)) return before;
+  return absl::UnavailableError(absl::StrCat(before.message(), "; ", more.message()));
+}
+
 }  // namespace
 
 absl::StatusOr<Handle> Connect(const ConnectOptions& options) {
@@ -163,19 +220,14 @@ absl::StatusOr<Handle> Connect(const ConnectOptions& options) {
   if (target == nullptr) {
     return absl::FailedPreconditionError("the target of the database is no connection string");
   }
-  Handle handle = StartConnecting(KeywordsOf(options, target));
-  if (handle == nullptr) return absl::ResourceExhaustedError("no memory for a connection");
-  // Notices would be printed.
-  PQsetNoticeReceiver(
-      handle.get(), [](void*, const PGresult*) {}, nullptr);
-  if (PQstatus(handle.get()) == CONNECTION_BAD) return ConnectError(handle.get());
-  PQsetErrorVerbosity(handle.get(), PQERRORS_VERBOSE);
-  HYPERMAP_RETURN_IF_ERROR(
-      FinishConnecting(handle.get(), options.connect_timeout * CountHosts(target)));
-  PQsetErrorVerbosity(handle.get(), PQERRORS_DEFAULT);
-  if (PQsetnonblocking(handle.get(), 1) != 0) return ConnectError(handle.get());
-  AllowBusySessions(PQsocket(handle.get()), options.response_timeout);
-  return handle;
+  absl::Status error;
+  for (const Attempt& attempt : AttemptsOf(target)) {
+    absl::StatusOr<Handle> handle = Try(options, target, attempt);
+    if (handle.ok()) return handle;
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    error = Together(error, handle.status());
+  }
+  return error;
 }
 
 }  // namespace hypermap::storage::postgres

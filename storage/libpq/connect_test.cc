@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <thread>
 
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/testing/cancelled_after.h"
@@ -138,6 +139,8 @@ class SilentServer {
   std::string target() const {
     return absl::StrCat("host=127.0.0.1 port=", port_, " user=postgres dbname=postgres");
   }
+  int handle() const { return handle_; }
+  int port() const { return port_; }
 
  private:
   const int handle_;
@@ -149,6 +152,50 @@ TEST_F(OpenTest, ServerThatDoesNotAnswerIsUnavailable) {
   options_.connect_timeout = absl::Milliseconds(200);
   EXPECT_EQ(Error(server.target()),
             absl::UnavailableError("the database did not answer within 200ms"));
+}
+
+// Takes connections, and ends each at once: a proxy whose database has died.
+class RefusingProxy {
+ public:
+  RefusingProxy()
+      : thread_([this] {
+          for (int taken = 0; (taken = accept(server_.handle(), nullptr, nullptr)) >= 0;) {
+            close(taken);
+          }
+        }) {}
+  ~RefusingProxy() {
+    shutdown(server_.handle(), SHUT_RDWR);
+    thread_.join();
+  }
+  int port() const { return server_.port(); }
+
+ private:
+  const SilentServer server_;
+  std::thread thread_;
+};
+
+TEST_F(OpenTest, NextHostIsTriedWhateverIsWrongWithOne) {
+  const SilentServer silent;
+  const RefusingProxy proxy;
+  options_.connect_timeout = absl::Milliseconds(500);
+  const int port = Cluster::Shared().port();
+  const auto target = [&](const std::string& ports) {
+    return absl::StrCat("host=127.0.0.1,127.0.0.1,127.0.0.1 port=", ports,
+                        " user=postgres dbname=postgres target_session_attrs=read-write");
+  };
+  options_.target = target(absl::StrCat(silent.port(), ",", proxy.port(), ",", port));
+  const auto connection = Connection::Open(options_);
+  EXPECT_TRUE(connection.ok()) << connection.status();
+  const absl::Status none = Error(target(absl::StrCat(silent.port(), ",", proxy.port(), ",1")));
+  EXPECT_EQ(none.code(), absl::StatusCode::kUnavailable);
+  for (const char* const part : {"did not answer within 500ms", "Connection refused"}) {
+    EXPECT_THAT(std::string(none.message()), HasSubstr(part));
+  }
+}
+
+TEST_F(OpenTest, HostsThatDoNotFitToPortsAreRefused) {
+  const absl::Status status = Error("host=127.0.0.1,127.0.0.1 port=1,2,3 user=postgres");
+  EXPECT_THAT(std::string(status.message()), HasSubstr("could not match"));
 }
 
 TEST_F(OpenTest, CancelledCallerDoesNotWait) {
