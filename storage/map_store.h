@@ -247,6 +247,8 @@ struct Survey {
   struct Server {
     std::string id;
     std::string address;  // at which the others reach it; may be empty
+    // Until its lease ends, unless it renews it.
+    absl::Duration lease_left = absl::InfiniteDuration();
   };
   struct Map {
     std::string name;

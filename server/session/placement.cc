@@ -29,19 +29,24 @@ void Placement::Note(const storage::Survey& survey, absl::Duration now) {
   const bool is_first = servers_.empty();
   std::map<std::string, absl::Duration> servers;
   addresses_.clear();
+  until_change_ = absl::InfiniteDuration();
   for (const storage::Survey::Server& server : survey.servers) {
     const auto known = servers_.find(server.id);
     // Those that were there before this server have settled.
     const absl::Duration since = is_first ? now - kSettle : now;
     servers.emplace(server.id, known == servers_.end() ? since : known->second);
     addresses_.emplace(server.id, server.address);
+    if (server.id != server_id_) until_change_ = std::min(until_change_, server.lease_left);
   }
   servers_ = std::move(servers);
   std::map<std::string, absl::Duration> unowned;
   for (const storage::Survey::Map& map : survey.maps) {
     if (!map.owner.empty()) continue;
     const auto known = unowned_.find(map.name);
-    unowned.emplace(map.name, known == unowned_.end() ? now : known->second);
+    const absl::Duration since = known == unowned_.end() ? now : known->second;
+    unowned.emplace(map.name, since);
+    const absl::Duration patience = since + kPatience - now;
+    if (patience > absl::ZeroDuration()) until_change_ = std::min(until_change_, patience);
   }
   unowned_ = std::move(unowned);
 }

@@ -54,6 +54,10 @@ class Placement {
   std::vector<Task> Plan(const storage::Survey& survey, absl::Span<const Listed> listed,
                          absl::Duration now);
 
+  // How long after the last plan a survey will tell what can be foreseen: that the lease of another
+  // server ends, or that a map has been without an owner for kPatience. Infinite if neither can.
+  absl::Duration UntilChange() const { return until_change_; }
+
  private:
   // Notes which servers and which maps without an owner there are, since when.
   void Note(const storage::Survey& survey, absl::Duration now);
@@ -65,6 +69,7 @@ class Placement {
   std::map<std::string, absl::Duration> servers_;  // id -> since when it lives
   std::map<std::string, std::string> addresses_;   // of these
   std::map<std::string, absl::Duration> unowned_;  // map -> since when it has no owner
+  absl::Duration until_change_ = absl::InfiniteDuration();
 };
 
 }  // namespace hypermap::server

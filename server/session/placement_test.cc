@@ -89,6 +89,30 @@ TEST(PlacementTest, MapWithoutAnOwnerIsTakenByAnyServerAfterAWhile) {
   EXPECT_THAT(later, ::testing::ElementsAre(Action::kOwn));
 }
 
+TEST(PlacementTest, ItIsForeseenWhenALeaseEnds) {
+  Placement placement("a");
+  Survey survey = SurveyOf({"a", "b", "c"}, {"site"}, "b");
+  survey.servers[0].lease_left = absl::Milliseconds(10);  // its own, which it renews
+  placement.Plan(survey, {}, absl::ZeroDuration());
+  EXPECT_EQ(placement.UntilChange(), absl::InfiniteDuration());
+  survey.servers[1].lease_left = absl::Milliseconds(300);
+  survey.servers[2].lease_left = absl::Milliseconds(200);
+  placement.Plan(survey, {}, absl::ZeroDuration());
+  EXPECT_EQ(placement.UntilChange(), absl::Milliseconds(200));
+}
+
+TEST(PlacementTest, ItIsForeseenWhenAMapHasBeenWithoutAnOwnerForTooLong) {
+  Placement placement("a");
+  const Survey survey = SurveyOf({"a", "b"}, {"site"});
+  placement.Plan(survey, {}, absl::Seconds(7));
+  EXPECT_EQ(placement.UntilChange(), Placement::kPatience);
+  placement.Plan(survey, {}, absl::Seconds(7) + Placement::kPatience / 4);
+  EXPECT_EQ(placement.UntilChange(), Placement::kPatience * 3 / 4);
+  // Then it is taken; what keeps it from being taken can't be foreseen.
+  placement.Plan(survey, {}, absl::Seconds(7) + Placement::kPatience);
+  EXPECT_EQ(placement.UntilChange(), absl::InfiniteDuration());
+}
+
 TEST(PlacementTest, MapsMoveToTheirHomeOnceItHasSettled) {
   const std::vector<std::string> maps = ManyMaps();
   Placement placement("a");

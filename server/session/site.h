@@ -200,10 +200,12 @@ class Site {
   absl::Status StartPlacement();
   void EndPlacement();
   void HearOfChange(const std::string& map);
-  // A step of the loop; waits for the store.
-  void Reconcile();
-  // Carries out what Placement has planned.
+  // A step of the loop; waits for the store. Returns the time until the next one.
+  absl::Duration Reconcile();
+  // Carries out what Placement has planned. Tasks of different maps may be carried out at once.
   void CarryOut(const Placement::Task& task);
+  // The part of it that does not wait: a follower learns its owner and how far the map is.
+  void Keep(const Placement::Task& task);
   std::vector<Placement::Listed> ListForPlacement() const;
   // Opens a map for writing or for reading.
   absl::StatusOr<std::unique_ptr<MapSession>> OpenFor(const Placement::Task& task);

@@ -1,4 +1,5 @@
 // The part of Site that shares its maps with other servers.
+#include <algorithm>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -7,13 +8,17 @@
 #include "base/cancellation/cancellation.h"
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
+#include "base/sync/parallel.h"
 #include "server/session/site.h"
 
 namespace hypermap::server {
 namespace {
 
-// Time between two looks at the store.
+// Longest time between two looks at the store.
 constexpr absl::Duration kPause = absl::Seconds(1);
+// Number of maps that are opened at once: each waits for the database several times, and all maps
+// of a server that has died are to be written again soon.
+constexpr size_t kPlacingThreads = 8;
 
 const char* NameOf(Placement::Action action) {
   switch (action) {
@@ -39,8 +44,7 @@ absl::Status Site::StartPlacement() {
       const MutexLock lock(&mutex_);
       if (is_closing_) return std::nullopt;
     }
-    Reconcile();
-    return kPause;
+    return Reconcile();
   };
   {
     const MutexLock lock(&mutex_);
@@ -97,26 +101,37 @@ std::vector<Placement::Listed> Site::ListForPlacement() const {
   return listed;
 }
 
-void Site::Reconcile() {
+absl::Duration Site::Reconcile() {
   const ScopedCancellation to_the_end(nullptr);
   // The list comes first: a map that is made meanwhile is in the survey at most.
   const std::vector<Placement::Listed> listed = ListForPlacement();
   const absl::StatusOr<storage::Survey> survey = store_->TakeSurvey();
   // Without the store nothing can be said of the others. What is open stays open.
-  if (!survey.ok()) return;
-  for (const Placement::Task& task : placement_->Plan(*survey, listed, clock().SinceBoot())) {
-    CarryOut(task);
+  if (!survey.ok()) return kPause;
+  const absl::Duration now = clock().SinceBoot();
+  std::vector<Placement::Task> changes;
+  for (Placement::Task& task : placement_->Plan(*survey, listed, now)) {
+    if (task.action == Placement::Action::kKeep) {
+      Keep(task);
+    } else {
+      changes.push_back(std::move(task));
+    }
   }
+  RunInParallel("hm-placing", kPlacingThreads, changes.size(),
+                [&](size_t i) { CarryOut(changes[i]); });
+  // The maps of a server that has died are taken as soon as its lease is over.
+  const absl::Duration spent = clock().SinceBoot() - now;
+  return std::min(kPause, placement_->UntilChange() - spent);
+}
+
+void Site::Keep(const Placement::Task& task) {
+  const absl::StatusOr<std::shared_ptr<MapSession>> session = Find(task.map);
+  if (!session.ok() || !(*session)->is_follower()) return;
+  (*session)->SetOwner(task.owner_address);
+  if ((*session)->snapshot()->revision < task.revision) (*session)->LookForRevisions();
 }
 
 void Site::CarryOut(const Placement::Task& task) {
-  if (task.action == Placement::Action::kKeep) {
-    const absl::StatusOr<std::shared_ptr<MapSession>> session = Find(task.map);
-    if (!session.ok() || !(*session)->is_follower()) return;
-    (*session)->SetOwner(task.owner_address);
-    if ((*session)->snapshot()->revision < task.revision) (*session)->LookForRevisions();
-    return;
-  }
   // Another call makes or deletes the map. The next plan sees what came of it.
   if (!Reserve(task.map).ok()) return;
   const absl::Cleanup release = [&] { Release(task.map); };

@@ -28,8 +28,11 @@ SELECT pg_terminate_backend(a.pid)
       WHERE s.id = m.owner AND s.lease_until > clock_timestamp())
 )sql";
 constexpr char kLockMap[] = "SELECT id FROM hypermap.maps WHERE name = $1 FOR UPDATE";
-constexpr char kServers[] =
-    "SELECT id, address FROM hypermap.servers WHERE lease_until > clock_timestamp() ORDER BY id";
+constexpr char kServers[] = R"sql(
+SELECT id, address, (extract(epoch FROM left_to_it) * 1000000)::bigint
+  FROM hypermap.servers CROSS JOIN LATERAL (SELECT lease_until - clock_timestamp()) AS l (left_to_it)
+  WHERE left_to_it > interval '0' ORDER BY id
+)sql";
 constexpr char kMaps[] = R"sql(
 SELECT m.name, m.incarnation, m.revision, coalesce(s.id, '')
   FROM hypermap.maps AS m LEFT JOIN hypermap.servers AS s
@@ -140,7 +143,8 @@ absl::StatusOr<Survey> ReadSurvey(Connection* connection) {
   Survey survey;
   HYPERMAP_ASSIGN_OR_RETURN(Rows servers, connection->Query(kServers));
   while (servers.Next()) {
-    survey.servers.push_back({std::string(servers.Text(0)), std::string(servers.Text(1))});
+    survey.servers.push_back({std::string(servers.Text(0)), std::string(servers.Text(1)),
+                              absl::Microseconds(servers.Int64(2))});
   }
   HYPERMAP_RETURN_IF_ERROR(servers.row_status());
   HYPERMAP_ASSIGN_OR_RETURN(Rows maps, connection->Query(kMaps));

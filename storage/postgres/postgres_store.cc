@@ -266,6 +266,8 @@ absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::OpenAs(const std::stri
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   HYPERMAP_ASSIGN_OR_RETURN(NameHolder holder, NameHolder::Take(&open_, name));
   HYPERMAP_ASSIGN_OR_RETURN(const Taking taking, Take(name, sort));
+  // The other servers pass calls on to this one from now on.
+  Announce("");
   return OpenOwned(taking.found, *taking.taken, std::move(holder));
 }
 

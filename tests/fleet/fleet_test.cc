@@ -32,6 +32,7 @@ using storage::SemanticSpec;
 using storage::UnitSquare;
 
 constexpr absl::Duration kDeadline = absl::Seconds(60);
+constexpr absl::Duration kLease = absl::Seconds(2);
 
 // Runs no loops: a follower stays at the revision at which it was opened.
 class StillExecutor : public Executor {
@@ -60,7 +61,7 @@ class FleetTest : public ::testing::Test {
     storage::PostgresOptions options;
     options.target = database_;
     options.server_id = id;
-    options.lease = absl::Seconds(2);
+    options.lease = kLease;
     auto store = storage::OpenPostgresStore(options);
     EXPECT_TRUE(store.ok()) << store.status();
     auto site = Site::Open(*std::move(store), session);
@@ -269,6 +270,60 @@ TEST_F(FleetTest, MapOfASiteThatClosesIsTakenOver) {
   const auto next = Edit(*follower, "site", {{PutObject{"s", UnitSquare("chair"), ""}}});
   ASSERT_TRUE(next.ok()) << next.status();
   EXPECT_EQ(next->revision, 2);
+}
+
+TEST_F(FleetTest, ASurveyTellsHowLongLeasesLast) {
+  const auto site = OpenSite("a");
+  storage::postgres::ConnectOptions options;
+  options.target = database_;
+  const auto connection = storage::postgres::Connection::Open(options);
+  ASSERT_TRUE(connection.ok()) << connection.status();
+  ASSERT_TRUE(
+      (*connection)
+          ->Execute("INSERT INTO hypermap.servers (id, address, session, lease_until) VALUES "
+                    "('gone', '', 1, now() - interval '1 second'), "
+                    "('long', '', 1, now() + interval '1 hour')")
+          .ok());
+  const absl::StatusOr<storage::Survey> survey = site->TakeSurvey();
+  ASSERT_TRUE(survey.ok()) << survey.status();
+  ASSERT_EQ(survey->servers.size(), 2u);
+  EXPECT_EQ(survey->servers[0].id, "a");
+  EXPECT_GT(survey->servers[0].lease_left, absl::ZeroDuration());
+  EXPECT_LE(survey->servers[0].lease_left, kLease);
+  EXPECT_EQ(survey->servers[1].id, "long");
+  EXPECT_GT(survey->servers[1].lease_left, absl::Minutes(50));
+  EXPECT_LE(survey->servers[1].lease_left, absl::Hours(1));
+}
+
+TEST_F(FleetTest, MapsOfASiteThatDiesAreTakenOver) {
+  constexpr int kMaps = 20;
+  const auto site = OpenSite("a");
+  for (int i = 0; i < kMaps; ++i) {
+    ASSERT_TRUE(site->Create({absl::StrCat("map-", i), "map", "make"}).ok());
+  }
+  const auto other = OpenSite("b");
+  AwaitMap(*other, absl::StrCat("map-", kMaps - 1));
+  // Both of them follow a third server, which renews its lease no more.
+  storage::postgres::ConnectOptions options;
+  options.target = database_;
+  const auto connection = storage::postgres::Connection::Open(options);
+  ASSERT_TRUE(connection.ok()) << connection.status();
+  ASSERT_TRUE(
+      (*connection)
+          ->Execute("INSERT INTO hypermap.servers (id, address, session, lease_until) VALUES "
+                    "('c', 'c:1', 1, clock_timestamp() + interval '3 seconds'); "
+                    "UPDATE hypermap.maps SET owner = 'c', epoch = epoch + 1")
+          .ok());
+  EXPECT_TRUE(Await([&] {
+    int owned = 0;
+    for (int i = 0; i < kMaps; ++i) {
+      const std::string map = absl::StrCat("map-", i);
+      owned += IsOwner(*site, map) != IsOwner(*other, map) ? 1 : 0;
+    }
+    const auto written =
+        (*connection)->QueryInt64("SELECT count(*) FROM hypermap.maps WHERE owner <> 'c'");
+    return owned == kMaps && written.ok() && *written == kMaps;
+  }));
 }
 
 TEST_F(FleetTest, AReplacedOwnerRefusesNoEdits) {
