@@ -11,9 +11,11 @@
 // way or later, use ids again for other requests, end calls by short deadlines, and lose answers.
 //
 // With several servers (--servers) that share a database of PostgreSQL, clients send each attempt to any
-// of them, and all reads are linearizable queries. The server that owns the map is killed with SIGKILL, and
-// starts again under its id, or another, or when another server has taken the map over; or it is stopped
-// with SIGSTOP until after its lease.
+// of them, and all reads are linearizable queries. Faults of several kinds come in turn (--faults): the server
+// that owns the map is killed with SIGKILL, and starts again under its id, or another, or when another server
+// has taken the map over; it is stopped with SIGSTOP until after its lease; its link to the database is cut,
+// also one way; or the primary of the database is killed, and its synchronous standby promoted. Watches go from
+// server to server meanwhile, and must be told of each revision once and in order.
 //
 // Porcupine then searches an order of the operations that agrees with their times and with a sequential
 // model of a map (package model). The model knows what docs/protocol.md promises: revisions without
@@ -38,6 +40,7 @@ import (
 	"math/rand/v2"
 	"os"
 	"os/signal"
+	"slices"
 	"strings"
 	"syscall"
 	"time"
@@ -48,7 +51,9 @@ import (
 type config struct {
 	recorder.Options
 	histories   int
+	faults      string
 	failovers   int
+	postgres    string
 	maxWriteGap time.Duration
 	timeout     time.Duration
 	artifacts   string
@@ -85,10 +90,13 @@ func parseFlags(args []string) (config, error) {
 	flags.IntVar(&cfg.Places, "places", 4, "number of places at which the objects are; fewer places mean more contention")
 	flags.IntVar(&cfg.MaxKills, "kills", 3, "the server is killed 1 to this many times in a history, the last time after all edits")
 	flags.IntVar(&cfg.Servers, "servers", 1, "number of servers; several share a database, and --kills is the number of faults of the map's owner")
-	flags.StringVar(&cfg.Postgres, "postgres", os.Getenv("HYPERMAP_TEST_POSTGRES"), "with several servers: the `URI` of a PostgreSQL cluster, without a database")
+	flags.StringVar(&cfg.postgres, "postgres", os.Getenv("HYPERMAP_TEST_POSTGRES"), "with several servers: the `URI` of a PostgreSQL cluster on 127.0.0.1, without a database; promotions have a cluster of their own")
+	flags.IntVar(&cfg.IdleMaps, "idle_maps", 0, "with several servers: number of further maps, which a server that takes over takes before the one that is written")
+	flags.StringVar(&cfg.faults, "faults", "kill,pause", fmt.Sprintf("with several servers: the kinds of faults, of %v", recorder.FaultKinds()))
+	flags.DurationVar(&cfg.CutTime, "cut_time", 10*time.Second, "with several servers: for how long a link is cut")
 	flags.IntVar(&cfg.Watchers, "watchers", 20, "with several servers: number of watches, which are resumed by other servers")
 	flags.IntVar(&cfg.failovers, "failovers", 0, "with several servers: makes histories until there were this many faults, in place of --histories")
-	flags.DurationVar(&cfg.maxWriteGap, "max_write_gap", 5*time.Second, "with several servers: the longest time that a map may be without writes, in the 99th percentile of all faults")
+	flags.DurationVar(&cfg.maxWriteGap, "max_write_gap", 5*time.Second, "with several servers: the longest time that a map may be without writes after its owner was killed, in the 99th percentile")
 	flags.StringVar(&cfg.Plant, "plant", "", "plant a fault, which must be found: "+strings.Join(recorder.Plants(), ", "))
 	flags.DurationVar(&cfg.timeout, "timeout", time.Minute, "time for judging a history; one that takes longer counts as undecided, and nothing is proved")
 	flags.StringVar(&cfg.artifacts, "artifacts", "linearizability", "folder for histories that are not linearizable, a `DIR`")
@@ -105,6 +113,10 @@ func parseFlags(args []string) (config, error) {
 
 // isEnough reports whether no more histories are to be made.
 func (c *config) isEnough(made *counts) bool {
+	// A planted fault is found when the judge has found it.
+	if made.Violations > 0 || c.Plant == "" && made.numWrong() > 0 {
+		return true
+	}
 	if c.failovers > 0 {
 		return made.Failovers >= c.failovers
 	}
@@ -119,12 +131,22 @@ func (c *config) check(arguments []string) error {
 		return errors.New("--histories, --clients, --operations, --places and --kills must be at least 1")
 	case c.Servers < 1 || c.Servers > 26:
 		return errors.New("--servers must be at least 1, and at most 26")
-	case c.Servers > 1 && c.Postgres == "" && c.replay == "":
-		return errors.New("several servers need --postgres")
+	case c.CutTime <= 0:
+		return errors.New("--cut_time must be positive")
 	case c.failovers > 0 && c.Servers == 1:
 		return errors.New("--failovers needs several --servers")
 	case c.timeout <= 0:
 		return errors.New("--timeout must be positive")
 	}
+	var err error
+	if c.Faults, err = recorder.ParseFaultKinds(c.faults); err != nil {
+		return err
+	}
+	if c.Servers > 1 && c.postgres == "" && !c.promotes() && c.replay == "" {
+		return errors.New("several servers need --postgres")
+	}
 	return recorder.CheckPlant(c.Plant)
 }
+
+// promotes reports whether a standby is promoted, which needs a cluster of this program's own.
+func (c *config) promotes() bool { return slices.Contains(c.Faults, recorder.Promote) }

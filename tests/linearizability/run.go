@@ -10,6 +10,7 @@ import (
 
 	"hypermap-linearizability/history"
 	"hypermap-linearizability/model"
+	"hypermap-linearizability/postgres"
 	"hypermap-linearizability/recorder"
 )
 
@@ -39,9 +40,17 @@ func run(ctx context.Context, cfg config) (bool, error) {
 
 func makeHistories(ctx context.Context, cfg config, counts *counts) error {
 	fmt.Printf("seed %d\n", cfg.Seed)
+	if cfg.Servers > 1 {
+		cluster, remove, err := openCluster(ctx, cfg)
+		if err != nil {
+			return err
+		}
+		defer remove()
+		cfg.Cluster = cluster
+	}
 	start := time.Now()
-	for number := 1; !cfg.isEnough(counts) && counts.Violations == 0; number++ {
-		cfg.Number = number
+	for number := 1; !cfg.isEnough(counts); number++ {
+		cfg.Number, cfg.FaultsDone = number, counts.Failovers
 		if err := makeHistory(ctx, cfg, counts); err != nil {
 			return fmt.Errorf("history %d of seed %d: %w", number, cfg.Seed, err)
 		}
@@ -50,6 +59,26 @@ func makeHistories(ctx context.Context, cfg config, counts *counts) error {
 		}
 	}
 	return nil
+}
+
+// openCluster returns the cluster that the servers share, and what removes it.
+func openCluster(ctx context.Context, cfg config) (*postgres.Cluster, func(), error) {
+	if !cfg.promotes() {
+		cluster, err := postgres.At(cfg.postgres)
+		return cluster, func() {}, err
+	}
+	folder, err := os.MkdirTemp("", "hypermap-linearizability-postgres-")
+	if err != nil {
+		return nil, nil, err
+	}
+	cluster, err := postgres.StartPair(ctx, folder)
+	if err != nil {
+		return nil, nil, fmt.Errorf("%w; the files of PostgreSQL are in %s", err, folder)
+	}
+	return cluster, func() {
+		cluster.Stop()
+		_ = os.RemoveAll(folder)
+	}, nil
 }
 
 // makeHistory makes and judges a history. The server's files are kept if they may tell why it could not
@@ -92,15 +121,16 @@ func replay(cfg config, counts *counts) error {
 // is undecided, is stored.
 func judge(h *history.History, cfg config, counts *counts) (bool, error) {
 	verdict := model.Judge(h, cfg.timeout)
+	before := counts.numWrong()
 	counts.add(h, verdict)
-	if verdict == model.Linearizable {
+	if verdict != model.Undecided && counts.numWrong() == before {
 		return true, nil
 	}
 	folder := filepath.Join(cfg.artifacts, cfg.Plant, fmt.Sprintf("seed-%d-history-%d", h.Seed, h.Number))
 	if err := store(h, folder, cfg.timeout); err != nil {
 		return false, err
 	}
-	what := "is not linearizable"
+	what := "is not linearizable, or its watches are wrong"
 	if verdict == model.Undecided {
 		what = fmt.Sprintf("could not be judged within %s", cfg.timeout)
 	}

@@ -46,7 +46,9 @@ case $test in
     trap 'rm -rf "$found"' EXIT
     for fault in stale_read lost_update double_apply lost_commits; do find_planted "$fault"; done
     ;;
-  failovers) prove_fleet --failovers 6 ;;
+  failovers)
+    prove_fleet --faults kill,promote,cut_requests,pause,cut_answers --failovers 5 --cut_time 4s --clients 8
+    ;;
   finds_local_reads)
     status=0
     last=$(prove_fleet --plant local_reads --histories 20 | tee /dev/stderr | tail -1) || status=$?

@@ -12,19 +12,21 @@ import (
 
 // header is the first line of a file. Each further line is an operation.
 type header struct {
-	Seed      uint64          `json:"seed"`
-	Number    int             `json:"history"`
-	Initial   Map             `json:"initial"`
-	Kills     int             `json:"kills"`
-	Events    []Event         `json:"events,omitempty"`
-	WriteGaps []time.Duration `json:"write_gaps_ns,omitempty"`
+	Seed        uint64                     `json:"seed"`
+	Number      int                        `json:"history"`
+	Initial     Map                        `json:"initial"`
+	Kills       int                        `json:"kills"`
+	Events      []Event                    `json:"events,omitempty"`
+	WriteGaps   map[string][]time.Duration `json:"write_gaps_ns,omitempty"`
+	Told        map[int64][]Change         `json:"told,omitempty"`
+	WatchFaults WatchFaults                `json:"watch_faults"`
 }
 
 // Write writes the history as JSON lines.
 func (h *History) Write(to io.Writer) error {
 	buffered := bufio.NewWriter(to)
 	lines := json.NewEncoder(buffered)
-	if err := lines.Encode(header{h.Seed, h.Number, h.Initial, h.Kills, h.Events, h.WriteGaps}); err != nil {
+	if err := lines.Encode(header{h.Seed, h.Number, h.Initial, h.Kills, h.Events, h.WriteGaps, h.Told, h.WatchFaults}); err != nil {
 		return err
 	}
 	for i := range h.Operations {
@@ -51,7 +53,10 @@ func Read(from io.Reader) (*History, error) {
 	if err := lines.Decode(&first); err != nil {
 		return nil, fmt.Errorf("the header: %w", err)
 	}
-	h := &History{Seed: first.Seed, Number: first.Number, Initial: first.Initial, Kills: first.Kills, Events: first.Events, WriteGaps: first.WriteGaps}
+	h := &History{
+		Seed: first.Seed, Number: first.Number, Initial: first.Initial, Kills: first.Kills, Events: first.Events,
+		WriteGaps: first.WriteGaps, Told: first.Told, WatchFaults: first.WatchFaults,
+	}
 	for {
 		var operation Operation
 		switch err := lines.Decode(&operation); {

@@ -13,7 +13,8 @@ func TestAHistoryIsReadAsItWasWritten(t *testing.T) {
 		Seed: 11, Number: 3, Kills: 1,
 		Initial:   Map{Incarnation: 1<<64 - 1, Revision: 2, NextID: 3, Objects: []Object{{ID: 1, Version: 2, Value: 5}}},
 		Events:    []Event{{At: time.Millisecond, What: "killed"}},
-		WriteGaps: []time.Duration{3 * time.Second},
+		WriteGaps: map[string][]time.Duration{"kill": {3 * time.Second}},
+		Told:      map[int64][]Change{5: {{Kind: "put", ObjectID: 1, Value: 3}}}, WatchFaults: WatchFaults{Gaps: 1},
 		Operations: []Operation{
 			{Client: 1, Call: 1, Return: 9, Attempts: 2, LastAttempt: 6,
 				Request: Request{RPC: ApplyEdits, ID: "r1", IfLayer: &version, Edits: []Edit{

@@ -128,6 +128,23 @@ type Event struct {
 	What string        `json:"what"`
 }
 
+// Change is a change that a watch was told of. Deletions have no value.
+type Change struct {
+	Kind     string `json:"kind"`
+	ObjectID int64  `json:"object_id"`
+	Value    int64  `json:"value,omitempty"`
+}
+
+// WatchFaults count what watches were told wrongly.
+type WatchFaults struct {
+	Gaps     int `json:"watch_gaps"`
+	Repeats  int `json:"watch_repeats"`
+	Reorders int `json:"watch_reorders"`
+	// Others are changes that another watch was told otherwise, missing revisions at the end, and errors
+	// that a watch must not get.
+	Others int `json:"watch_errors"`
+}
+
 // Map is the state of the map before the first operation.
 type Map struct {
 	Incarnation uint64 `json:"incarnation,string"`
@@ -144,9 +161,13 @@ type History struct {
 	Initial Map
 	Events  []Event
 	Kills   int
-	// WriteGaps are the times from each fault of a map's owner to the next write that was acknowledged.
-	WriteGaps  []time.Duration
-	Operations []Operation
+	// WriteGaps are the times from each fault to the next write that was acknowledged, by the kind of the
+	// fault.
+	WriteGaps map[string][]time.Duration
+	// Told are the changes of the revisions of which watches were told.
+	Told        map[int64][]Change
+	WatchFaults WatchFaults
+	Operations  []Operation
 }
 
 // WasCarriedOutBefore reports whether a retried edit was certainly carried out by an attempt before the

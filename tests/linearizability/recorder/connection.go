@@ -10,7 +10,9 @@ import (
 
 	"google.golang.org/grpc"
 	"google.golang.org/grpc/backoff"
+	"google.golang.org/grpc/codes"
 	"google.golang.org/grpc/credentials/insecure"
+	"google.golang.org/grpc/status"
 	"google.golang.org/protobuf/types/dynamicpb"
 )
 
@@ -79,6 +81,22 @@ func (c *connection) call(ctx context.Context, rpc string, fields object, receiv
 			return err
 		}
 		if err := receive(message); err != nil {
+			return err
+		}
+	}
+}
+
+// change makes a change that has a request id, also if the server can't for a while.
+func (c *connection) change(ctx context.Context, rpc string, fields object) error {
+	ctx, cancel := context.WithTimeout(ctx, startDeadline)
+	defer cancel()
+	for {
+		var ignored struct{}
+		err := c.callOnce(ctx, rpc, fields, &ignored)
+		if status.Code(err) != codes.Unavailable {
+			return err
+		}
+		if pause(ctx, spread.pause) != nil {
 			return err
 		}
 	}

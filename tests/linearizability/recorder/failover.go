@@ -2,7 +2,6 @@ package recorder
 
 import (
 	"context"
-	"errors"
 	"fmt"
 	"math"
 	"math/rand/v2"
@@ -10,15 +9,6 @@ import (
 
 	"hypermap-linearizability/history"
 )
-
-// lease is how long a server that has died or is frozen keeps its maps.
-const lease = 3 * time.Second
-
-// maxFrozenBeyondLease is how long a server is frozen at most after its lease is over.
-const maxFrozenBeyondLease = 3 * time.Second
-
-// maxCalm is the longest time between two faults.
-const maxCalm = 2 * time.Second
 
 // recordFleet makes a history with several servers.
 func (r *run) recordFleet(ctx context.Context) (*history.History, error) {
@@ -66,6 +56,7 @@ func (r *run) recordFleet(ctx context.Context) (*history.History, error) {
 	return &history.History{
 		Seed: r.options.Seed, Number: r.options.Number, Initial: initial, Kills: number,
 		Events: r.recording.events, WriteGaps: writeGaps(faults.times, r.recording.operations), Operations: r.recording.sorted(),
+		Told: watchers.revisions, WatchFaults: watchers.faults,
 	}, nil
 }
 
@@ -78,6 +69,9 @@ func (r *run) makeSharedMap(ctx context.Context, f *fleet) (history.Map, error) 
 	defer closeAll(connections)
 	made, err := makeMap(ctx, connections[0], r.options.Places)
 	if err != nil {
+		return history.Map{}, err
+	}
+	if err := makeIdleMaps(ctx, connections[0], r.options.IdleMaps); err != nil {
 		return history.Map{}, err
 	}
 	ctx, cancel := context.WithTimeout(ctx, startDeadline)
@@ -96,128 +90,31 @@ func (r *run) makeSharedMap(ctx context.Context, f *fleet) (history.Map, error) 
 	return made, nil
 }
 
-// faults are done to the server that owns the map.
-type faults struct {
-	fleet     *fleet
-	recording *recording
-	random    *rand.Rand
-	// writer is the client that finds out when the map can be written again.
-	writer *connectedClient
-	// times are when the faults began.
-	times []time.Duration
-}
-
-func (r *run) newFaults(f *fleet) (*faults, error) {
-	writer, err := r.newClient(r.options.Clients + 2)
-	if err != nil {
-		return nil, err
-	}
-	writer.manner.giveUp = 0
-	return &faults{fleet: f, recording: r.recording, random: r.random(0), writer: writer}, nil
-}
-
-// injectAll does this many faults, at any time between two renewals of the lease.
-func (f *faults) injectAll(ctx context.Context, number int) error {
-	for range number {
-		if err := pause(ctx, randomTime(f.random, maxCalm)); err != nil {
-			return nil // The run has ended, and tells why.
-		}
-		if err := f.inject(ctx); err != nil {
+// makeIdleMaps makes maps that nobody writes. Their names come before that of the map that is written, so that
+// it is the last one that another server takes over.
+func makeIdleMaps(ctx context.Context, c *connection, number int) error {
+	for i := range number {
+		name := fmt.Sprintf("idle-%04d", i)
+		if err := c.change(ctx, "CatalogService.CreateMap", object{"map": name, "requestId": name}); err != nil {
 			return err
 		}
 	}
-	return pause(ctx, randomTime(f.random, maxCalm))
-}
-
-// inject does one fault, and returns when the map was written and all servers run again.
-func (f *faults) inject(ctx context.Context) error {
-	owner, err := f.fleet.owner(ctx)
-	if err != nil {
-		return err
-	}
-	server, id := f.fleet.servers[owner], f.fleet.id(owner)
-	kill := func() error { server.kill(); return nil }
-	switch f.random.IntN(4) {
-	case 0:
-		return f.do(ctx, fault{what: "SIGKILL of " + id + ", which starts again at once", begin: kill, goOn: server.start})
-	case 1:
-		f.fleet.restarts++
-		other := fmt.Sprintf("%s%d", id[:1], f.fleet.restarts)
-		return f.do(ctx, fault{what: "SIGKILL of " + id + ", which starts again as " + other, begin: kill, goOn: func() error {
-			f.fleet.name(owner, other)
-			return server.start()
-		}})
-	case 2:
-		return f.do(ctx, fault{what: "SIGKILL of " + id, begin: kill, mend: server.start})
-	}
-	frozen := lease + randomTime(f.random, maxFrozenBeyondLease)
-	return f.do(ctx, fault{what: fmt.Sprintf("SIGSTOP of %s for %s", id, frozen), begin: server.freeze, goOn: func() error {
-		if err := pause(ctx, frozen); err != nil {
-			return err
-		}
-		f.recording.addEvent("SIGCONT of " + id)
-		return server.thaw()
-	}})
-}
-
-// fault is one fault of a server.
-type fault struct {
-	what  string
-	begin func() error
-	// goOn is what happens then, while the map may be written again. Nil: nothing.
-	goOn func() error
-	// mend is done when the map was written again. Nil: nothing.
-	mend func() error
-}
-
-// do does a fault, and returns when the map was written again and the fault is mended.
-func (f *faults) do(ctx context.Context, fault fault) error {
-	nothing := func() error { return nil }
-	if fault.goOn == nil {
-		fault.goOn = nothing
-	}
-	if fault.mend == nil {
-		fault.mend = nothing
-	}
-	f.recording.addEvent(fault.what)
-	f.times = append(f.times, f.recording.now())
-	if err := fault.begin(); err != nil {
-		return err
-	}
-	ended := make(chan error, 1)
-	go func() { ended <- fault.goOn() }()
-	err := f.write(ctx)
-	f.recording.addEvent("the map was written")
-	if err = errors.Join(err, <-ended); err != nil {
-		return err
-	}
-	return fault.mend()
-}
-
-// write returns when an edit of the writer that began after the call has been acknowledged.
-func (f *faults) write(ctx context.Context) error {
-	for {
-		before := f.writer.acknowledged
-		request := &history.Request{RPC: history.ApplyEdits, ID: fmt.Sprint("f", f.writer.known.newRequestNumber()),
-			Edits: []history.Edit{{Action: history.Create, Value: f.writer.known.newValue()}}}
-		if err := f.writer.perform(ctx, request); err != nil || f.writer.acknowledged > before {
-			return err
-		}
-	}
+	return nil
 }
 
 // writeGaps returns the times from each fault to the first acknowledgement of an edit whose last attempt
-// began after the fault.
-func writeGaps(faults []time.Duration, operations []history.Operation) []time.Duration {
-	gaps := make([]time.Duration, len(faults))
-	for i, fault := range faults {
-		gaps[i] = math.MaxInt64
+// began after the fault, by the kind of the fault.
+func writeGaps(faults []faultTime, operations []history.Operation) map[string][]time.Duration {
+	gaps := map[string][]time.Duration{}
+	for _, fault := range faults {
+		gap := time.Duration(math.MaxInt64)
 		for _, o := range operations {
 			isWrite := !o.Request.IsRead() && o.Answer != nil && o.Answer.Status == history.OK
-			if isWrite && max(o.Call, o.LastAttempt) >= fault {
-				gaps[i] = min(gaps[i], o.Return-fault)
+			if isWrite && max(o.Call, o.LastAttempt) >= fault.at {
+				gap = min(gap, o.Return-fault.at)
 			}
 		}
+		gaps[string(fault.kind)] = append(gaps[string(fault.kind)], gap)
 	}
 	return gaps
 }

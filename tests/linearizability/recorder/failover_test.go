@@ -1,7 +1,7 @@
 package recorder
 
 import (
-	"slices"
+	"reflect"
 	"testing"
 	"time"
 
@@ -19,8 +19,8 @@ func TestAWriteGapEndsWithAWriteThatBeganAfterTheFault(t *testing.T) {
 		{Call: 5, LastAttempt: 20, Return: 24, Request: write, Answer: acknowledged},
 		{Call: 40, Return: 41, Request: write, Answer: acknowledged},
 	}
-	want := []time.Duration{14, 11}
-	if got := writeGaps([]time.Duration{10, 30}, operations); !slices.Equal(got, want) {
+	want := map[string][]time.Duration{"kill": {14}, "pause": {11}}
+	if got := writeGaps([]faultTime{{Kill, 10}, {Pause, 30}}, operations); !reflect.DeepEqual(got, want) {
 		t.Errorf("got %v, want %v", got, want)
 	}
 }

@@ -5,20 +5,19 @@ import (
 	"fmt"
 	"math/rand/v2"
 	"os"
-	"os/exec"
 	"path/filepath"
-	"strings"
 	"sync"
 	"time"
 
 	"hypermap-linearizability/history"
+	"hypermap-linearizability/postgres"
 )
 
 // fleet is several servers that share a database, of which one owns the map.
 type fleet struct {
-	servers []*server
-	// cluster is the URI of a PostgreSQL cluster, without a database.
-	cluster  string
+	servers  []*server
+	links    [][]*postgres.Link // of each server to each node of the cluster
+	cluster  *postgres.Cluster
 	database string
 	restarts int // with other ids
 
@@ -32,8 +31,8 @@ var spread = manner{deadline: time.Second, giveUp: 0.005, pause: 20 * time.Milli
 
 // newFleet makes a database, and servers that do not run yet.
 func newFleet(options Options, onDeath func(error)) (*fleet, error) {
-	f := &fleet{cluster: options.Postgres, database: fmt.Sprintf("linearizability_%d_%d_%d", os.Getpid(), options.Seed, options.Number)}
-	if _, err := f.query("postgres", "CREATE DATABASE "+f.database+" STRATEGY FILE_COPY"); err != nil {
+	f := &fleet{cluster: options.Cluster, database: fmt.Sprintf("linearizability_%d_%d_%d", os.Getpid(), options.Seed, options.Number)}
+	if _, err := f.cluster.Query("postgres", "CREATE DATABASE "+f.database+" STRATEGY FILE_COPY"); err != nil {
 		return nil, err
 	}
 	for i := range options.Servers {
@@ -42,11 +41,28 @@ func newFleet(options Options, onDeath func(error)) (*fleet, error) {
 		if err := os.MkdirAll(folder, 0o755); err != nil {
 			return nil, err
 		}
+		if err := f.addLinks(); err != nil {
+			return nil, err
+		}
 		f.ids = append(f.ids, "")
 		f.servers = append(f.servers, newServer(options.Server, filepath.Join(folder, "data"), filepath.Join(folder, "server.log"), onDeath))
 		f.name(i, id)
 	}
 	return f, nil
+}
+
+// addLinks makes the links of one more server.
+func (f *fleet) addLinks() error {
+	var links []*postgres.Link
+	for _, address := range f.cluster.Addresses() {
+		link, err := postgres.NewLink(address)
+		if err != nil {
+			return err
+		}
+		links = append(links, link)
+	}
+	f.links = append(f.links, links)
+	return nil
 }
 
 // id returns the id of a server.
@@ -61,16 +77,11 @@ func (f *fleet) name(server int, id string) {
 	f.mutex.Lock()
 	defer f.mutex.Unlock()
 	f.ids[server] = id
-	f.servers[server].flags = []string{"--store=" + f.cluster + "/" + f.database, "--server_id=" + id}
-}
-
-// query runs a statement, and returns what it prints.
-func (f *fleet) query(database, sql string) (string, error) {
-	output, err := exec.Command("psql", "-qAtX", "-d", f.cluster+"/"+database, "-c", sql).CombinedOutput()
-	if err != nil {
-		return "", fmt.Errorf("%s: %w: %s", sql, err, output)
+	var addresses []string
+	for _, link := range f.links[server] {
+		addresses = append(addresses, link.Address())
 	}
-	return strings.TrimSpace(string(output)), nil
+	f.servers[server].flags = []string{"--store=" + f.cluster.URIOver(addresses, f.database), "--server_id=" + id}
 }
 
 func (f *fleet) start() error {
@@ -91,7 +102,12 @@ func (f *fleet) kill() {
 // remove ends the servers and removes the database.
 func (f *fleet) remove() {
 	f.kill()
-	_, _ = f.query("postgres", "DROP DATABASE "+f.database+" WITH (FORCE)")
+	for _, links := range f.links {
+		for _, link := range links {
+			link.Close()
+		}
+	}
+	_, _ = f.cluster.Query("postgres", "DROP DATABASE "+f.database+" WITH (FORCE)")
 }
 
 // owner returns the index of the server that owns the map and lives.
@@ -99,7 +115,7 @@ func (f *fleet) owner(ctx context.Context) (int, error) {
 	const sql = "SELECT owner FROM hypermap.maps JOIN hypermap.servers AS s ON s.id = owner" +
 		" WHERE name = '" + mapName + "' AND lease_until > clock_timestamp()"
 	for began := time.Now(); time.Since(began) < startDeadline; {
-		id, err := f.query(f.database, sql)
+		id, err := f.cluster.Query(f.database, sql)
 		if err != nil {
 			return 0, err
 		}

@@ -12,6 +12,7 @@ import (
 	"time"
 
 	"hypermap-linearizability/history"
+	"hypermap-linearizability/postgres"
 )
 
 // Options are the sizes of a history.
@@ -25,11 +26,16 @@ type Options struct {
 	Places     int
 	MaxKills   int    // 1 to this many, the last of them after the last edit
 	Plant      string // a fault, see newPlant; empty: none
-	// With Servers > 1 they share a database of the PostgreSQL cluster at Postgres, a URI without a
-	// database, and each kill is a fault of the map's owner, see fleet.
-	Servers  int
-	Postgres string
-	Watchers int // of several servers
+	// With Servers > 1 they share a database, and each kill is a fault, see fleet.
+	Servers int
+	// The rest is of several servers.
+	Cluster  *postgres.Cluster
+	Watchers int
+	IdleMaps int // beside the map that is written
+	// The kinds of faults, which come in turn, and the number of those before this history.
+	Faults     []FaultKind
+	FaultsDone int
+	CutTime    time.Duration // of a link
 }
 
 // maxKillDelay bounds the time between the operation that a kill waits for, and the kill. It is about
@@ -261,18 +267,18 @@ func (r *run) readAtTheEnd(ctx context.Context) error {
 
 // makeMap makes the map with an object at each place, and returns it as the server does.
 func makeMap(ctx context.Context, c *connection, places int) (history.Map, error) {
-	var ignored struct{}
-	if err := c.callOnce(ctx, "CatalogService.CreateMap", object{"map": mapName}, &ignored); err != nil {
+	if err := c.change(ctx, "CatalogService.CreateMap", object{"map": mapName, "requestId": "create"}); err != nil {
 		return history.Map{}, err
 	}
 	edits := []object{{"createLayer": object{"layer": object{"name": layerName, "kind": "LAYER_KIND_SEMANTIC"}}}}
 	for place := range places {
 		edits = append(edits, encodeEdit(history.Edit{Action: history.Create, Place: place, Value: int64(place) + 1}))
 	}
-	if err := c.callOnce(ctx, "EditService.ApplyEdits", object{"map": mapName, "edits": edits}, &ignored); err != nil {
+	if err := c.change(ctx, "EditService.ApplyEdits", object{"map": mapName, "requestId": "fill", "edits": edits}); err != nil {
 		return history.Map{}, err
 	}
-	answer, err := serverCaller{c}.send(ctx, &history.Request{RPC: history.QueryArea})
+	// By now another server may own the map.
+	answer, err := serverCaller{c}.send(ctx, &history.Request{RPC: history.QueryArea, Linearizable: true})
 	if err != nil {
 		return history.Map{}, err
 	}

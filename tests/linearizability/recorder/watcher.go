@@ -1,6 +1,7 @@
 package recorder
 
 import (
+	"cmp"
 	"context"
 	"errors"
 	"fmt"
@@ -26,18 +27,43 @@ const (
 // watched is what all watchers were told of each revision, which must be the same.
 type watched struct {
 	mutex     sync.Mutex
-	revisions map[int64]string
+	revisions map[int64][]history.Change
+	faults    history.WatchFaults
 }
 
 // learn returns an error if the revision was told otherwise before.
-func (w *watched) learn(revision int64, changes string) error {
+func (w *watched) learn(revision int64, changes []history.Change) error {
 	w.mutex.Lock()
 	defer w.mutex.Unlock()
-	if before, ok := w.revisions[revision]; ok && before != changes {
-		return fmt.Errorf("revision %d has the changes %s, and had %s for another watch", revision, changes, before)
+	if before, ok := w.revisions[revision]; ok && !slices.Equal(before, changes) {
+		return fmt.Errorf("revision %d has the changes %v, and had %v for another watch", revision, changes, before)
 	}
 	w.revisions[revision] = changes
 	return nil
+}
+
+// count counts the error with which a watcher has ended.
+func (w *watched) count(err error) {
+	w.mutex.Lock()
+	defer w.mutex.Unlock()
+	var wrong *wrongRevision
+	switch {
+	case !errors.As(err, &wrong):
+		w.faults.Others++
+	case wrong.came > wrong.after:
+		w.faults.Gaps++
+	case wrong.came == wrong.after:
+		w.faults.Repeats++
+	default:
+		w.faults.Reorders++
+	}
+}
+
+// wrongRevision is a revision that is not the one after the last.
+type wrongRevision struct{ after, came int64 }
+
+func (w *wrongRevision) Error() string {
+	return fmt.Sprintf("revision %d came after %d", w.came, w.after)
 }
 
 // watcher watches a map by one server after another, and checks that each revision comes once, in order,
@@ -49,7 +75,7 @@ type watcher struct {
 	random   *rand.Rand
 	watched  *watched
 	revision int64 // the last one that was told completely
-	pending  []string
+	pending  []history.Change
 	// until is the revision with which the watcher ends, once it is known.
 	until func() (int64, bool)
 }
@@ -112,16 +138,18 @@ func (w *watcher) take(told *watchAnswer) error {
 	case len(told.Changes) == 0 && !told.More && told.Revision == w.revision:
 		return nil // Nothing is new.
 	case told.Revision != w.revision+1:
-		return fmt.Errorf("revision %d came", told.Revision)
+		return &wrongRevision{w.revision, told.Revision}
 	}
 	for _, change := range told.Changes {
-		w.pending = append(w.pending, fmt.Sprint(change.Kind, change.ObjectID, change.Object.Attributes.Value.IntValue))
+		w.pending = append(w.pending, history.Change{Kind: change.Kind, ObjectID: change.ObjectID, Value: change.Object.Attributes.Value.IntValue})
 	}
 	if told.More {
 		return nil
 	}
-	slices.Sort(w.pending)
-	if err := w.watched.learn(told.Revision, fmt.Sprint(w.pending)); err != nil {
+	slices.SortFunc(w.pending, func(a, b history.Change) int {
+		return cmp.Or(cmp.Compare(a.ObjectID, b.ObjectID), cmp.Compare(a.Kind, b.Kind), cmp.Compare(a.Value, b.Value))
+	})
+	if err := w.watched.learn(told.Revision, w.pending); err != nil {
 		return err
 	}
 	w.revision, w.pending = told.Revision, nil
@@ -143,39 +171,43 @@ type watchAnswer struct {
 
 // watchers are several that run beside the clients.
 type watchers struct {
-	group sync.WaitGroup
-	mutex sync.Mutex
-	last  int64
+	watched
+	group    sync.WaitGroup
+	endMutex sync.Mutex
+	last     int64
 }
 
-// startWatchers starts watchers that have the map as it was at the beginning.
+// startWatchers starts watchers that have the map as it was at the beginning. One that is told something
+// wrong ends.
 func (r *run) startWatchers(ctx context.Context, f *fleet, initial history.Map) *watchers {
-	all := &watchers{}
-	told := &watched{revisions: map[int64]string{}}
+	all := &watchers{watched: watched{revisions: map[int64][]history.Change{}}}
 	for i := range r.options.Watchers {
 		w := &watcher{
-			name: fmt.Sprint(i + 1), fleet: f, schema: r.schema, random: r.random(1000 + i), watched: told,
+			name: fmt.Sprint(i + 1), fleet: f, schema: r.schema, random: r.random(1000 + i), watched: &all.watched,
 			revision: initial.Revision, until: all.end,
 		}
 		all.group.Add(1)
 		go func() {
 			defer all.group.Done()
-			r.failIf(w.run(ctx))
+			if err := w.run(ctx); err != nil {
+				r.recording.addEvent(err.Error())
+				all.count(err)
+			}
 		}()
 	}
 	return all
 }
 
 func (w *watchers) end() (int64, bool) {
-	w.mutex.Lock()
-	defer w.mutex.Unlock()
+	w.endMutex.Lock()
+	defer w.endMutex.Unlock()
 	return w.last, w.last > 0
 }
 
 // await returns when all watchers have ended, with this revision.
 func (w *watchers) await(last int64) {
-	w.mutex.Lock()
+	w.endMutex.Lock()
 	w.last = last
-	w.mutex.Unlock()
+	w.endMutex.Unlock()
 	w.group.Wait()
 }
