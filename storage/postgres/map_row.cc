@@ -29,9 +29,8 @@ SELECT pg_terminate_backend(a.pid)
 )sql";
 constexpr char kLockMap[] = "SELECT id FROM hypermap.maps WHERE name = $1 FOR UPDATE";
 constexpr char kServers[] = R"sql(
-SELECT id, address, (extract(epoch FROM left_to_it) * 1000000)::bigint
-  FROM hypermap.servers CROSS JOIN LATERAL (SELECT lease_until - clock_timestamp()) AS l (left_to_it)
-  WHERE left_to_it > interval '0' ORDER BY id
+SELECT id, address, (extract(epoch FROM lease_until - clock_timestamp()) * 1000000)::bigint
+  FROM hypermap.servers WHERE lease_until > clock_timestamp() ORDER BY id
 )sql";
 constexpr char kMaps[] = R"sql(
 SELECT m.name, m.incarnation, m.revision, coalesce(s.id, '')

@@ -149,4 +149,6 @@ func (c *config) check(arguments []string) error {
 }
 
 // promotes reports whether a standby is promoted, which needs a cluster of this program's own.
-func (c *config) promotes() bool { return slices.Contains(c.Faults, recorder.Promote) }
+func (c *config) promotes() bool {
+	return slices.Contains(c.Faults, recorder.Promote) || slices.Contains(c.Faults, recorder.Vanish)
+}

@@ -5,6 +5,7 @@ package postgres
 import (
 	"context"
 	"fmt"
+	"math/rand/v2"
 	"net"
 	"net/url"
 	"os"
@@ -19,7 +20,8 @@ import (
 const (
 	binaries = "/usr/lib/postgresql/15/bin"
 	// What is committed is not synced to the disk: processes are killed, not machines.
-	settings = "-c listen_addresses=127.0.0.1 -c fsync=off -c max_connections=300 -c dynamic_shared_memory_type=mmap"
+	settings            = "-c listen_addresses=127.0.0.1 -c unix_socket_directories='' -c fsync=off -c max_connections=300 -c dynamic_shared_memory_type=mmap"
+	firstPort, numPorts = 10_000, 20_000
 	// A standby that takes longer than this to follow its primary hangs.
 	standbyDeadline = 60 * time.Second
 	standbyPause    = 50 * time.Millisecond
@@ -103,6 +105,9 @@ func (c *Cluster) Query(database, sql string) (string, error) {
 	return strings.TrimSpace(string(output)), nil
 }
 
+// Primary returns the index of the primary among the addresses.
+func (c *Cluster) Primary() int { return c.primary }
+
 // KillPrimary kills all processes of the primary with SIGKILL.
 func (c *Cluster) KillPrimary() error { return c.nodes[c.primary].kill() }
 
@@ -166,16 +171,21 @@ func (c *Cluster) Stop() {
 
 // start starts a node at its port, which is chosen at the first time.
 func (n *node) start() error {
-	if n.port == "" {
-		listener, err := net.Listen("tcp", "127.0.0.1:0")
-		if err != nil {
-			return err
+	for n.port == "" {
+		// Not one that the system may give to a connection while the node is down.
+		port := strconv.Itoa(firstPort + rand.IntN(numPorts))
+		if listener, err := net.Listen("tcp", "127.0.0.1:"+port); err == nil {
+			n.port = port
+			_ = listener.Close()
 		}
-		n.port = strconv.Itoa(listener.Addr().(*net.TCPAddr).Port)
-		_ = listener.Close()
 	}
-	options := fmt.Sprintf("%s -c port=%s -c unix_socket_directories=%s", settings, n.port, n.folder)
-	return run("pg_ctl", "-D", n.folder, "-w", "-l", n.folder+".log", "-o", options, "start")
+	options := settings + " -c port=" + n.port
+	log := n.folder + ".log"
+	if err := run("pg_ctl", "-D", n.folder, "-w", "-l", log, "-o", options, "start"); err != nil {
+		text, _ := os.ReadFile(log)
+		return fmt.Errorf("%w; its log: %s", err, text)
+	}
+	return nil
 }
 
 // run runs a program of PostgreSQL, which refuses to be root.

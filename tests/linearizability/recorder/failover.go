@@ -33,20 +33,7 @@ func (r *run) recordFleet(ctx context.Context) (*history.History, error) {
 	}
 	defer faults.writer.close()
 	watchers := r.startWatchers(ctx, f, initial)
-	number := 1 + faults.random.IntN(r.options.MaxKills)
-	err = r.runClients(ctx, func() error {
-		defer r.recording.stop()
-		return faults.injectAll(ctx, number)
-	})
-	if err != nil {
-		return nil, err
-	}
-	r.recording.addEvent("SIGKILL of all servers")
-	f.kill()
-	if err := f.start(); err != nil {
-		return nil, err
-	}
-	if err := r.readAtTheEnd(ctx); err != nil {
+	if err := r.contend(ctx, faults); err != nil {
 		return nil, err
 	}
 	watchers.await(r.known.newestRevision())
@@ -54,10 +41,27 @@ func (r *run) recordFleet(ctx context.Context) (*history.History, error) {
 		return nil, err
 	}
 	return &history.History{
-		Seed: r.options.Seed, Number: r.options.Number, Initial: initial, Kills: number,
+		Seed: r.options.Seed, Number: r.options.Number, Initial: initial, Kills: len(faults.times),
 		Events: r.recording.events, WriteGaps: writeGaps(faults.times, r.recording.operations), Operations: r.recording.sorted(),
 		Told: watchers.revisions, WatchFaults: watchers.faults,
 	}, nil
+}
+
+// contend lets the clients make operations during the faults, and reads what is stored afterwards.
+func (r *run) contend(ctx context.Context, faults *faults) error {
+	err := r.runClients(ctx, func() error {
+		defer r.recording.stop()
+		return faults.injectAll(ctx, 1+faults.random.IntN(r.options.MaxKills))
+	})
+	if err != nil {
+		return err
+	}
+	r.recording.addEvent("SIGKILL of all servers")
+	faults.fleet.kill()
+	if err := faults.fleet.start(); err != nil {
+		return err
+	}
+	return r.readAtTheEnd(ctx)
 }
 
 // makeSharedMap makes the map, and returns it when all servers have it.

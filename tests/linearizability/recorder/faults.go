@@ -27,7 +27,7 @@ const (
 // FaultKind is a kind of fault of several servers.
 type FaultKind string
 
-// The kinds of faults. All but Promote happen to the server that owns the map.
+// The kinds of faults. All but Promote and Vanish happen to the server that owns the map.
 const (
 	// Kill is SIGKILL of the server, which starts again under its id, or another, or when another server
 	// has taken the map over.
@@ -39,13 +39,15 @@ const (
 	Cut         FaultKind = "cut"
 	CutRequests FaultKind = "cut_requests"
 	CutAnswers  FaultKind = "cut_answers"
-	// Promote is SIGKILL of the primary of the database, whose synchronous standby is promoted.
+	// Promote is SIGKILL of the primary of the database, whose synchronous standby is promoted. Vanish is the
+	// same, but nobody is told: connections to the primary are silent, as if its machine had lost its power.
 	Promote FaultKind = "promote"
+	Vanish  FaultKind = "vanish"
 )
 
 // FaultKinds returns all kinds.
 func FaultKinds() []FaultKind {
-	return []FaultKind{Kill, Pause, Cut, CutRequests, CutAnswers, Promote}
+	return []FaultKind{Kill, Pause, Cut, CutRequests, CutAnswers, Promote, Vanish}
 }
 
 // ParseFaultKinds returns the kinds in a list that is separated by commas.
@@ -119,6 +121,8 @@ func (f *faults) inject(ctx context.Context, kind FaultKind) error {
 		next = f.pause(ctx, owner)
 	case Promote:
 		next = f.promote(ctx)
+	case Vanish:
+		next = f.vanish(ctx)
 	default:
 		next = f.cut(ctx, owner, kind)
 	}
@@ -194,6 +198,27 @@ func (f *faults) promote(ctx context.Context) fault {
 		f.recording.addEvent("promotion of the standby")
 		return cluster.Promote()
 	}, mend: func() error { return cluster.AddStandby(ctx) }}
+}
+
+func (f *faults) vanish(ctx context.Context) fault {
+	var links []*postgres.Link
+	for _, ofServer := range f.fleet.links {
+		links = append(links, ofServer[f.fleet.cluster.Primary()])
+	}
+	dead := f.promote(ctx)
+	return fault{what: dead.what + ", of which nobody is told", begin: func() error {
+		for _, link := range links {
+			link.Cut(postgres.Requests)
+			link.Cut(postgres.Answers)
+		}
+		return dead.begin()
+	}, goOn: dead.goOn, mend: func() error {
+		err := dead.mend()
+		for _, link := range links {
+			link.Mend(false)
+		}
+		return err
+	}}
 }
 
 // fault is one fault.
