@@ -25,6 +25,7 @@ Survey SurveyOf(const std::vector<std::string>& servers, const std::vector<std::
 
 std::vector<std::string> ManyMaps() {
   std::vector<std::string> maps;
+  maps.reserve(1000);
   for (int i = 0; i < 1000; ++i) maps.push_back(absl::StrCat("map-", i));
   return maps;
 }
@@ -117,6 +118,7 @@ TEST(PlacementTest, MapsMoveToTheirHomeOnceItHasSettled) {
   const std::vector<std::string> maps = ManyMaps();
   Placement placement("a");
   std::vector<Placement::Listed> owned;
+  owned.reserve(maps.size());
   for (const std::string& map : maps) owned.push_back({map, true, false, 7});
   const auto count_moves = [&](const Survey& survey, absl::Duration now) {
     int moves = 0;

@@ -46,7 +46,7 @@ class NameHolder {
     return absl::FailedPreconditionError(absl::StrCat("map ", name, " is open"));
   }
   NameHolder(NameHolder&& other) noexcept
-      : names_(std::exchange(other.names_, nullptr)), name_(other.name_) {}
+      : names_(std::exchange(other.names_, nullptr)), name_(std::move(other.name_)) {}
   NameHolder& operator=(NameHolder&&) = delete;
   ~NameHolder() {
     if (names_ != nullptr) names_->Remove(name_);

@@ -184,7 +184,7 @@ absl::Status PostgresStore::Change(absl::FunctionRef<absl::Status(Connection*)> 
   const MutexLock lock(&mutex_);
   for (int attempt = 0;; ++attempt) {
     HYPERMAP_ASSIGN_OR_RETURN(Connection* const catalog, Catalog());
-    const absl::Status status = [&]() -> absl::Status {
+    absl::Status status = [&]() -> absl::Status {
       HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(catalog));
       HYPERMAP_RETURN_IF_ERROR(run(catalog));
       return transaction.Commit();
@@ -225,9 +225,10 @@ absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::Make(const MapHeader& 
   made.header = header;
   if (header.incarnation == 0) made.header.incarnation = NewIncarnation();
   absl::StatusOr<NameHolder> name = NameHolder::Take(&open_, header.name);
-  const absl::Status exists =
-      absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
-  if (!name.ok()) return exists;
+  const auto exists = [&] {
+    return absl::AlreadyExistsError(absl::StrCat("map ", header.name, " exists"));
+  };
+  if (!name.ok()) return exists();
   // By this number a second attempt knows what the first one has made.
   OwnedMap::Row owned;
   owned.last_write = static_cast<int64_t>(NewIncarnation());
@@ -243,7 +244,7 @@ absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::Make(const MapHeader& 
       // Another row if the name was taken meanwhile, perhaps by the first attempt.
       HYPERMAP_ASSIGN_OR_RETURN(found, FindMap(connection, header.name));
     }
-    if (!found || found->last_write != owned.last_write) return exists;
+    if (!found || found->last_write != owned.last_write) return exists();
     owned.map = found->id;
     owned.epoch = found->epoch;
     return absl::OkStatus();
@@ -432,8 +433,9 @@ absl::Status PostgresStore::Import(ReadableMap& from, const std::string& hidden,
       HYPERMAP_ASSIGN_OR_RETURN(const std::optional<MapRow> found, FindMap(connection, name));
       HYPERMAP_ASSIGN_OR_RETURN(const std::optional<MapRow> made, FindMap(connection, hidden));
       // The attempt before may have been committed.
-      if (!made && found && found->header.incarnation == header.incarnation)
+      if (!made && found && found->header.incarnation == header.incarnation) {
         return absl::OkStatus();
+      }
       if (!made) return absl::UnavailableError("the copy was removed before it was complete");
       if (found) {
         HYPERMAP_RETURN_IF_ERROR(CheckClosed(*found));
