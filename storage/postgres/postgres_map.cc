@@ -78,10 +78,15 @@ absl::Status PostgresMap::WriteAll(absl::Span<const Commit> commits) {
     return absl::OkStatus();
   };
   HYPERMAP_RETURN_IF_ERROR(owned_->Write(send, advance));
+  // The first commit makes the map one that others see.
+  const bool layers_changed = opened_.header.provisional ||
+                              layers.next_lineage != opened_.layers.next_lineage ||
+                              layers.by_name.size() != opened_.layers.by_name.size();
   opened_.layers = std::move(layers);
   opened_.revision = newest.revision;
   opened_.header.provisional = false;
   events_.written();
+  if (layers_changed) events_.layers_changed();
   return absl::OkStatus();
 }
 
@@ -146,6 +151,7 @@ absl::Status PostgresMap::FinishCopy() {
   HYPERMAP_RETURN_IF_ERROR(status);
   opened_.header.unfinished_copy = false;
   events_.written();
+  events_.layers_changed();
   return absl::OkStatus();
 }
 
@@ -202,7 +208,7 @@ absl::StatusOr<std::unique_ptr<MapBackup>> PostgresMap::OpenBackup() {
 }
 
 PostgresMap::Events NoEvents() {
-  return {[] {}, [] {}};
+  return {[] {}, [] {}, [] {}};
 }
 
 absl::StatusOr<std::unique_ptr<ReadableMap>> PinMap(const PostgresMap::Facilities& facilities,

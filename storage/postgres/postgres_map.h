@@ -32,8 +32,9 @@ class PostgresMap : public StoredMap {
     PostgresHistory::DeletedMaps deleted = PostgresHistory::DeletedMaps::kUnavailable;
   };
   struct Events {
-    std::function<void()> written;  // after each commit
-    std::function<void()> closed;   // at the end of the destructor, which releases the map
+    std::function<void()> written;         // after each commit
+    std::function<void()> layers_changed;  // after one that made or deleted a layer
+    std::function<void()> closed;          // at the end of the destructor, which releases the map
   };
   // What the readers of maps and backups need of the store.
   struct Facilities {

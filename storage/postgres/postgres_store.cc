@@ -22,6 +22,7 @@
 #include "storage/postgres/durability.h"
 #include "storage/postgres/file_copies.h"
 #include "storage/postgres/layer_versions.h"
+#include "storage/postgres/layer_views.h"
 #include "storage/postgres/map_row.h"
 #include "storage/postgres/open_names.h"
 #include "storage/postgres/postgres_map.h"
@@ -47,9 +48,11 @@ constexpr int kRowsPerStep = 5000;
 class PostgresStore : public MapStore {
  public:
   PostgresStore(PostgresOptions options, std::unique_ptr<Connection> catalog,
-                std::unique_ptr<ServerLease> lease, std::vector<std::string> notes)
+                std::unique_ptr<ServerLease> lease, std::unique_ptr<LayerViews> views,
+                std::vector<std::string> notes)
       : options_(std::move(options)),
         lease_(std::move(lease)),
+        views_(std::move(views)),
         notes_(std::move(notes)),
         catalog_(std::move(catalog)) {}
 
@@ -115,6 +118,8 @@ class PostgresStore : public MapStore {
                                                        const OwnedMap::Row& owned, NameHolder name);
   absl::StatusOr<std::unique_ptr<StoredMap>> OpenRow(std::unique_ptr<OwnedMap> map,
                                                      const MapRow& row, PostgresMap::Events events);
+  // Tells that there may be other maps or layers to show to programs that read the database.
+  void UpdateViews();
   // Tells the servers that use the database, once ListenForChanges was called.
   void Announce(const std::string& map);
   absl::Status DeleteIn(Connection* connection, const std::string& name,
@@ -124,6 +129,7 @@ class PostgresStore : public MapStore {
 
   const PostgresOptions options_;
   const std::unique_ptr<ServerLease> lease_;
+  const std::unique_ptr<LayerViews> views_;  // null if there can be none
   const std::vector<std::string> notes_;
   OpenNames open_;
   Mutex hints_mutex_;
@@ -321,6 +327,7 @@ absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::OpenOwned(const MapRow
                                                                     NameHolder name) {
   PostgresMap::Events events;
   events.written = [this, map = row.header.name] { Announce(map); };
+  events.layers_changed = [this] { UpdateViews(); };
   events.closed = [this, give = std::move(name).Give()] {
     give();
     // Others may take the map.
@@ -415,6 +422,7 @@ absl::Status PostgresStore::Restore(const std::string& path, const std::string& 
         UseMapInFile(options_.open_files, path, name, request_id,
                      [&](StoredMap& map) { return Import(map, HiddenNameOf(name), name); }));
     Announce("");
+    UpdateViews();
   }
   std::error_code ignored;
   std::filesystem::remove(path, ignored);
@@ -469,6 +477,10 @@ void PostgresStore::Announce(const std::string& map) {
   if (hints_ != nullptr) hints_->Announce(map);
 }
 
+void PostgresStore::UpdateViews() {
+  if (views_ != nullptr) views_->Wake();
+}
+
 std::string PostgresStore::FileStamp(const std::string& name) {
   absl::StatusOr<Rows> rows =
       Read("SELECT id, epoch, last_write, coalesce(owner, '') FROM hypermap.maps WHERE name = $1",
@@ -480,8 +492,10 @@ std::string PostgresStore::FileStamp(const std::string& name) {
 absl::Status PostgresStore::Delete(const std::string& name, const std::string& request_id) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   std::optional<int64_t> deleted;
-  return Change(
+  const absl::Status status = Change(
       [&](Connection* connection) { return DeleteIn(connection, name, request_id, &deleted); });
+  if (status.ok()) UpdateViews();
+  return status;
 }
 
 absl::Status PostgresStore::DeleteIn(Connection* connection, const std::string& name,
@@ -536,16 +550,32 @@ absl::StatusOr<std::optional<std::string>> PostgresStore::FindDeletion(
   return name;
 }
 
+absl::StatusOr<std::unique_ptr<LayerViews>> StartViews(Connection* connection,
+                                                       const ConnectOptions& options) {
+  HYPERMAP_RETURN_IF_ERROR(PrepareViewSchema(connection));
+  return LayerViews::Start(options);
+}
+
 absl::StatusOr<std::unique_ptr<MapStore>> Open(const PostgresOptions& options) {
   const ConnectOptions connect = WriterOptionsOf(options);
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> catalog, Connection::Open(connect));
-  HYPERMAP_RETURN_IF_ERROR(PrepareSchema(catalog.get()).status());
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_geometry, PrepareSchema(catalog.get()));
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<ServerLease> lease,
                             ServerLease::Take({connect, options.server_id, options.lease}));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> notes, FindRisks(catalog.get()));
   HYPERMAP_RETURN_IF_ERROR(RemoveHiddenCopies(catalog.get(), options.server_id));
+  std::unique_ptr<LayerViews> views;
+  if (has_geometry) {
+    absl::StatusOr<std::unique_ptr<LayerViews>> started = StartViews(catalog.get(), connect);
+    if (started.ok()) {
+      views = *std::move(started);
+    } else {
+      notes.push_back(
+          absl::StrCat("layers have no views for other programs: ", started.status().message()));
+    }
+  }
   return std::make_unique<PostgresStore>(options, std::move(catalog), std::move(lease),
-                                         std::move(notes));
+                                         std::move(views), std::move(notes));
 }
 
 }  // namespace
