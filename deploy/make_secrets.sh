@@ -1,5 +1,6 @@
 #!/bin/bash
-# Makes the certificates and tokens of deploy/compose.yaml, in deploy/secrets. What is there stays.
+# Makes the certificates, tokens and passwords of deploy/compose.yaml and compose.postgres.yaml, in
+# deploy/secrets. What is there stays.
 #
 #   deploy/make_secrets.sh [HOST...]    names and IP addresses under which robots and browsers reach
 #                                       this machine, besides localhost; for others later, remove
@@ -15,7 +16,7 @@ hypermap=$(realpath "$(command -v "${HYPERMAP:-hypermap}")") || {
   exit 1
 }
 
-names=DNS:localhost,IP:127.0.0.1,DNS:server
+names=DNS:localhost,IP:127.0.0.1,DNS:server,DNS:server-b,DNS:database
 for host in "$@"; do
   if [[ $host =~ ^[0-9.]+$ || $host == *:* ]]; then names+=,IP:$host; else names+=,DNS:$host; fi
 done
@@ -36,6 +37,10 @@ make_certificate ca -days 3650 -subj '/CN=Maps of this site'
 make_certificate server -days 365 -subj /CN=hypermap -CA ca.pem -CAkey ca.key \
   -addext "subjectAltName=$names" -addext basicConstraints=critical,CA:FALSE
 [[ -e session.key ]] || head -c 32 /dev/urandom > session.key
+[[ -e database.password ]] || openssl rand -hex 24 > database.password
+[[ -e store.yaml ]] || cat > store.yaml << END
+store: postgresql://hypermap:$(cat database.password)@database/maps?sslmode=verify-full&sslrootcert=/run/secrets/ca
+END
 
 # make_token IDENTITY OPTIONS
 make_token() {
@@ -48,5 +53,6 @@ make_token ops --role admin
 make_token ingest --role editor --map site --robot '*'
 
 chmod 0755 access
-chmod 0644 access/access.yaml ca.pem server.pem server.key session.key ingest.token
-echo "certificates and tokens are in $PWD; ops.token is yours, and ca.key belongs on another machine"
+chmod 0644 access/access.yaml ca.pem server.pem server.key session.key ingest.token \
+  database.password store.yaml
+echo "certificates, tokens and passwords are in $PWD; ops.token is yours, and ca.key belongs on another machine"

@@ -23,7 +23,8 @@ constexpr char kWaitShortly[] = "SET lock_timeout = '200ms'";
 //
 // Names of maps and layers have no '/' and no ':'. The latter stands for '.', which OGR takes for
 // the end of a schema's name. PostgreSQL's names have at most 63 bytes: the rest of a longer one is
-// told by a digest. A view has the type of geometry that the layer has in a GeoPackage.
+// told by a digest. A view has the type of geometry that the layer has in a GeoPackage. Where that
+// is any, there is no cast, so that an index of the geometries can be used.
 constexpr char kDifferences[] = R"sql(
 WITH wanted AS (
   SELECT CASE WHEN length(path) <= 63 THEN path
@@ -46,7 +47,7 @@ SELECT concat(
   CASE WHEN present.name IS NOT NULL THEN format('DROP VIEW hypermap_layers.%I;', name) END,
   CASE WHEN wanted.name IS NOT NULL THEN format($view$
 CREATE VIEW hypermap_layers.%I AS
-  SELECT object_id AS id, geom::geometry(%s) AS geom, label, existence, classes, tags, attributes,
+  SELECT object_id AS id, geom%s AS geom, label, existence, classes, tags, attributes,
     height_min, height_max, first_revision AS version, expires_at_ns
   FROM hypermap.objects
   WHERE (map, lineage) = (
@@ -54,7 +55,8 @@ CREATE VIEW hypermap_layers.%I AS
       WHERE m.name = %L AND NOT m.provisional AND NOT m.unfinished_copy AND l.name = %L
         AND l.kind = 'semantic' AND l.end_revision = 9223372036854775807)
     AND end_revision = 9223372036854775807
-$view$, name, wanted.type, wanted.map, wanted.layer) END)
+$view$, name, '::geometry(' || nullif(wanted.type, 'geometry') || ')', wanted.map,
+    wanted.layer) END)
 FROM wanted FULL JOIN present USING (name)
 WHERE wanted.type IS DISTINCT FROM present.type
 ORDER BY present.name IS NOT NULL

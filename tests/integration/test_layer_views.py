@@ -1,6 +1,7 @@
 """Maps in PostgreSQL as GIS programs see them: ogrinfo lists each semantic layer as a view of PostGIS,
 and the view has the objects that the server answers with."""
 
+import itertools
 import json
 import re
 import subprocess
@@ -79,14 +80,16 @@ class LayerViews(FleetTest):
             self.skipTest("PostGIS is missing")
         self.clients = [self.enterContext(rpc.Client(server.address)) for server in self.fleet]
         self.views = {}  # view -> (map, layer)
-        for client, name in zip(self.clients, (MAP, OTHER_MAP)):
-            client.CreateMap(map=name)
+        self.request_ids = itertools.count()
+        for name in (MAP, OTHER_MAP):
+            self.change("CreateMap", map=name)
             self.fleet.await_map(name)
             for layer in KINDS:
                 self.create(name, layer)
-            client.CreateLayer(map=name, layer={
+            self.change("CreateLayer", map=name, layer={
                 "name": "grid", "kind": "LAYER_KIND_OCCUPANCY",
                 "grid": {"origin": {"x": 0, "y": 0, "yaw": 0}, "resolution_m": 0.5}})
+            self.fleet.await_map(name, len(KINDS) + 1)
 
     def psql(self, statement):
         return subprocess.run(["psql", "-qAtX", "-d", self.fleet.store, "-c", statement], text=True,
@@ -100,11 +103,29 @@ class LayerViews(FleetTest):
         """Either server's: calls are passed on to the owner."""
         return self.random.choice(self.clients)
 
+    def change(self, method, **fields):
+        """Calls a server until one answers: a map has no owner while it moves to another server."""
+        request_id = f"request {next(self.request_ids)}"
+        deadline = time.monotonic() + DEADLINE_S
+        while True:
+            try:
+                return getattr(self.client, method)(request_id=request_id, **fields)
+            except grpc.RpcError as error:
+                if error.code() != grpc.StatusCode.UNAVAILABLE or time.monotonic() > deadline:
+                    raise
+                time.sleep(0.05)
+
     def create(self, map_name, layer):
         shape_kinds = [f"SHAPE_KIND_{KINDS[layer].upper()}"] if KINDS[layer] else []
-        self.client.CreateLayer(map=map_name, layer={
+        answer = self.change("CreateLayer", map=map_name, layer={
             "name": layer, "kind": "LAYER_KIND_SEMANTIC", "shape_kinds": shape_kinds})
         self.views[f"{map_name}/{layer}".replace(".", ":")] = (map_name, layer)
+        return answer
+
+    def delete(self, map_name, layer):
+        answer = self.change("DeleteLayer", map=map_name, layer=layer)
+        self.fleet.await_map(map_name, answer.revision)
+        del self.views[f"{map_name}/{layer}"]
 
     def geometry(self, layer):
         while True:
@@ -127,15 +148,14 @@ class LayerViews(FleetTest):
         """Adds, replaces and removes objects."""
         edits = []
         for layer in KINDS:
-            there = [(o.id, layer) for o in self.objects(self.client, map_name, layer)]
+            there = [o.id for o in self.objects(self.clients[0], map_name, layer)]
             changed = self.random.sample(there, len(there) // 3)
-            for i, _ in changed[::2]:
-                edits.append(self.put(layer, id=i))
-            edits += [{"delete_object": {"layer": layer, "id": i}} for i, _ in changed[1::2]]
+            edits += [self.put(layer, id=i) for i in changed[::2]]
+            edits += [{"delete_object": {"layer": layer, "id": i}} for i in changed[1::2]]
             edits += [self.put(layer) for _ in range(EDITS)]
         edits[0]["put_object"]["time_to_live"] = "86400s"
-        revision = self.client.ApplyEdits(map=map_name, edits=edits).revision
-        self.fleet.await_map(map_name, revision)
+        answer = self.change("ApplyEdits", map=map_name, edits=edits)
+        self.fleet.await_map(map_name, answer.revision)
 
     @staticmethod
     def objects(client, map_name, layer):
@@ -163,18 +183,19 @@ class LayerViews(FleetTest):
         while (listed := self.listed()) != expected and time.monotonic() < deadline:
             time.sleep(0.05)
         self.assertEqual(listed, expected)
+        packages = {name: self.geopackage_of(name) for name, _ in set(self.views.values())}
         for view, (map_name, layer) in self.views.items():
             shown = features(self.dataset, view)
             for client in self.clients:
                 self.assertEqual(decoded(shown), answered(self.objects(client, map_name, layer)),
                                  (f"HYPERMAP_TEST_SEED={SEED}", view))
-            self.assertEqual(shown, self.in_geopackage(map_name, layer), view)
+            self.assertEqual(shown, features(packages[map_name], re.sub("[-.]", "_", layer)), view)
 
-    def in_geopackage(self, map_name, layer):
+    def geopackage_of(self, map_name):
         path = self.folder / f"{map_name}.gpkg"
         path.unlink(missing_ok=True)
         self.fleet[0].json("backup", map_name, "-o", path)
-        return features(str(path), re.sub("[-.]", "_", layer))
+        return str(path)
 
     def test_views_have_what_the_servers_answer(self):
         self.check()
@@ -185,13 +206,11 @@ class LayerViews(FleetTest):
 
     def test_views_come_and_go_with_their_layers(self):
         self.edit(MAP)
-        self.client.DeleteLayer(map=MAP, layer="lanes")
-        del self.views[f"{MAP}/lanes"]
-        self.client.DeleteLayer(map=MAP, layer="docks")
-        self.create(MAP, "docks")
-        self.fleet.await_map(MAP, sites.revision(self.clients[0], MAP))
+        self.delete(MAP, "lanes")
+        self.delete(MAP, "docks")
+        self.fleet.await_map(MAP, self.create(MAP, "docks").revision)
         self.check()
-        self.client.DeleteMap(map=OTHER_MAP)
+        self.change("DeleteMap", map=OTHER_MAP)
         self.views = {view: of for view, of in self.views.items() if of[0] != OTHER_MAP}
         self.check()
 
@@ -200,7 +219,7 @@ class LayerViews(FleetTest):
         copy = self.folder / "copy.gpkg"
         self.fleet[0].json("backup", MAP, "-o", copy)
         self.edit(MAP)
-        self.client.DeleteLayer(map=MAP, layer="lanes")
+        self.change("DeleteLayer", map=MAP, layer="lanes")
         self.fleet[0].json("restore", copy, "--map", MAP, "--replace")
         self.fleet.await_map(MAP)
         self.check()
@@ -217,7 +236,7 @@ class LayerViews(FleetTest):
         database = ogr.Open(self.dataset)
         reader = database.GetLayerByName(f"{MAP}/things")
         self.assertIsNotNone(reader.GetNextFeature())
-        self.client.DeleteLayer(map=MAP, layer="things")
+        self.delete(MAP, "things")
         with self.assertRaises(grpc.RpcError) as gone:
             self.objects(self.client, MAP, "things")
         self.assertEqual(gone.exception.code(), grpc.StatusCode.NOT_FOUND)
