@@ -11,7 +11,6 @@ import os
 import pathlib
 import re
 import shutil
-import signal
 import socket
 import ssl
 import subprocess
@@ -64,8 +63,8 @@ class ComposeTest(unittest.TestCase):
     def setUp(self):
         self.folder = pathlib.Path(self.enterContext(tempfile.TemporaryDirectory()))
         self.secrets = self.folder / "secrets"
-        self.maps = self.folder / "maps"
-        self.maps.mkdir()
+        self.volumes = self.folder / "volumes"
+        self.volumes.mkdir()
         self.compose = functools.reduce(
             merged, (yaml.safe_load((DEPLOY / name).read_text()) for name in self.FILES))
         # (service, port in its container) -> port on this machine, of the programs that were started
@@ -89,7 +88,7 @@ class ComposeTest(unittest.TestCase):
             if pathlib.PurePath(path).is_relative_to(target):
                 inner = pathlib.PurePath(path).relative_to(target)
                 if source in self.compose["volumes"]:
-                    return self.maps / inner
+                    return self.volumes / source / inner
                 return self.secrets / pathlib.PurePath(source).relative_to("./secrets") / inner
         return path
 
@@ -222,7 +221,8 @@ class ComposePostgres(ComposeTest):
              *(word for name, value in settings.items() for word in ("-c", f"{name}={value}"))],
             stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         self.addCleanup(process.wait)
-        self.addCleanup(process.send_signal, signal.SIGQUIT)
+        self.addCleanup(subprocess.run, [*as_postgres, POSTGRES / "pg_ctl", "-D", data, "stop",
+                                         "--mode=immediate"], capture_output=True, timeout=60)
         probe = ["psql", "-qAtX", "-h", "localhost", "-p", str(port), "-U", user, "-d", "postgres"]
         secret = {**os.environ, "PGPASSWORD": password.read_text().strip()}
         eventually(lambda: subprocess.run([*probe, "-c", "SELECT 1"], env=secret, timeout=60,
@@ -251,21 +251,21 @@ class ComposePostgres(ComposeTest):
         both = ("server", "server-b")
         eventually(lambda: all(self.hypermap("servers", servers=[name]).stdout.count("localhost:") == 2
                                for name in both))
-        for i, servers in enumerate((both, both[::-1])):
-            done = self.hypermap("map", "create", f"site-{i}", servers=servers)
-            self.assertEqual(done.returncode, 0, done.stderr)
-        # Each owns some of these maps, and calls are passed on to it.
-        for i in range(2):
+        for number, name in enumerate(both):
+            self.succeed("map", "create", f"site-{number}", servers=[name])
+        # Whichever owns a map, the other passes calls on to it.
+        for number in range(2):
             for name in both:
-                done = self.hypermap("--retry=60s", "layer", "create", f"site-{i}", f"things-{name}",
-                                     "--kind=semantic", servers=[name])
-                self.assertEqual(done.returncode, 0, done.stderr)
+                self.succeed("layer", "create", f"site-{number}", f"things-{name}",
+                             "--kind=semantic", servers=[name])
         first.kill()
         first.wait()
-        for i in range(2):
-            done = self.hypermap("--retry=60s", "layer", "create", f"site-{i}", "more",
-                                 "--kind=semantic", servers=both)
-            self.assertEqual(done.returncode, 0, done.stderr)
+        for number in range(2):
+            self.succeed("layer", "create", f"site-{number}", "more", "--kind=semantic", servers=both)
+
+    def succeed(self, *arguments, servers):
+        """Runs a command until it succeeds: a server learns soon of a map that another has made."""
+        eventually(lambda: self.hypermap(*arguments, servers=servers).returncode == 0)
 
     def test_images_and_secrets_are_there(self):
         self.check_images()
