@@ -66,6 +66,8 @@ std::string Placement::Home(const std::string& map, absl::Duration now) const {
 
 bool Placement::ShouldOwn(const storage::Survey::Map& map, bool is_owner,
                           absl::Duration now) const {
+  // Without a lease of its own it would lose what it takes at once, and keeps what it has.
+  if (!servers_.contains(server_id_)) return is_owner;
   const bool is_at_home = Home(map.name, now) == server_id_;
   // This server has it, or had it before it was started again.
   if (map.owner == server_id_) return is_at_home || !is_owner;

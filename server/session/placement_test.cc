@@ -90,6 +90,18 @@ TEST(PlacementTest, MapWithoutAnOwnerIsTakenByAnyServerAfterAWhile) {
   EXPECT_THAT(later, ::testing::ElementsAre(Action::kOwn));
 }
 
+TEST(PlacementTest, AServerWithoutALeaseTakesNothingAndKeepsWhatItHas) {
+  Placement placement("a");
+  const Survey survey = SurveyOf({"b"}, {"mine", "other"});
+  const Placement::Listed mine{"mine", true, false, 7};
+  for (const absl::Duration now : {absl::ZeroDuration(), 2 * Placement::kPatience}) {
+    const auto tasks = placement.Plan(survey, {mine}, now);
+    ASSERT_EQ(tasks.size(), 2u);
+    EXPECT_EQ(tasks[0].action, Action::kKeep);
+    EXPECT_EQ(tasks[1].action, Action::kFollow);
+  }
+}
+
 TEST(PlacementTest, ItIsForeseenWhenALeaseEnds) {
   Placement placement("a");
   Survey survey = SurveyOf({"a", "b", "c"}, {"site"}, "b");

@@ -141,14 +141,34 @@ void Site::CarryOut(const Placement::Task& task) {
 
 absl::StatusOr<std::unique_ptr<MapSession>> Site::OpenFor(const Placement::Task& task) {
   if (task.action == Placement::Action::kOwn) {
-    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> stored, store_->Open(task.map));
-    return MapSession::Start(std::move(stored), options_);
+    absl::StatusOr<std::unique_ptr<storage::StoredMap>> stored = store_->Open(task.map);
+    // Another server was faster. Callers come again, and find it.
+    if (absl::IsFailedPrecondition(stored.status())) {
+      return absl::UnavailableError(stored.status().message());
+    }
+    HYPERMAP_RETURN_IF_ERROR(stored.status());
+    return MapSession::Start(*std::move(stored), options_);
   }
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> stored, store_->Follow(task.map));
   return MapSession::Follow(std::move(stored), task.owner_address, options_);
 }
 
+void Site::CloseWriter(const std::string& map) {
+  std::shared_ptr<MapSession> writer;
+  {
+    const MutexLock lock(&mutex_);
+    const auto found = maps_.find(map);
+    if (found == maps_.end() || !found->second.session) return;
+    if (found->second.session->is_follower()) return;
+    writer = std::move(found->second.session);
+    found->second = {map, nullptr, absl::UnavailableError("it is being opened again")};
+  }
+  writer->Close();
+}
+
 void Site::Replace(const Placement::Task& task) {
+  // One that has lost the map still has it open.
+  if (task.action == Placement::Action::kOwn) CloseWriter(task.map);
   absl::StatusOr<std::unique_ptr<MapSession>> session = OpenFor(task);
   if (absl::IsNotFound(session.status())) return;
   std::shared_ptr<MapSession> before;

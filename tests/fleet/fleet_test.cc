@@ -387,6 +387,19 @@ TEST_F(FleetTest, WhatIsShownOtherwiseThanItIsStoredIsFoundAndLoadedAgain) {
   }));
 }
 
+TEST_F(FleetTest, AReplacedOwnerTakesTheMapAgain) {
+  const auto site = OpenSite("a");
+  ASSERT_TRUE(site->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*site, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  // Another server has had the map in between.
+  Execute("UPDATE hypermap.maps SET owner = NULL, epoch = epoch + 1");
+  EXPECT_TRUE(Await([&] {
+    const auto edited = Edit(*site, "site", {{PutObject{"s", UnitSquare("chair"), ""}}});
+    EXPECT_TRUE(edited.ok() || absl::IsUnavailable(edited.status())) << edited.status();
+    return edited.ok() || !absl::IsUnavailable(edited.status());
+  }));
+}
+
 TEST_F(FleetTest, MapsThatAreMadeAndDeletedElsewhereComeAndGo) {
   const auto one = OpenSite("a");
   const auto other = OpenSite("b");
