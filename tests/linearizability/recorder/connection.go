@@ -86,14 +86,15 @@ func (c *connection) call(ctx context.Context, rpc string, fields object, receiv
 	}
 }
 
-// change makes a change that has a request id, also if the server can't for a while.
+// change makes a change that has a request id, also if the server can't for a while, or is at opening the map
+// that an earlier attempt has made.
 func (c *connection) change(ctx context.Context, rpc string, fields object) error {
 	ctx, cancel := context.WithTimeout(ctx, startDeadline)
 	defer cancel()
 	for {
 		var ignored struct{}
 		err := c.callOnce(ctx, rpc, fields, &ignored)
-		if status.Code(err) != codes.Unavailable {
+		if code := status.Code(err); code != codes.Unavailable && code != codes.Aborted {
 			return err
 		}
 		if pause(ctx, spread.pause) != nil {
