@@ -155,7 +155,8 @@ absl::Status OwnedMap::Resolve(const absl::Status& status, int64_t written) {
     if (outcome.ok()) return *outcome == Outcome::kStored ? absl::OkStatus() : status;
     if (!lost_.ok()) return lost_;
     if (absl::Now() > deadline) {
-      return Lose(absl::DataLossError(
+      // Whoever opens the map next finds out, and has the receipts for who asks again.
+      return Lose(LostOwnershipError(
           absl::StrCat("it is not known whether the last changes are stored, because the database "
                        "does not answer: ",
                        outcome.status().message())));
