@@ -61,6 +61,10 @@ ABSL_FLAG(std::string, data_dir, "", "Folder of the maps, one GeoPackage each; c
 ABSL_FLAG(
     std::string, store, "",
     "Database of the maps, postgresql://USER@HOST/DATABASE; empty: GeoPackages in --data_dir");
+ABSL_FLAG(
+    std::string, store_readers, "",
+    "The database of --store for connections that only read, perhaps through a pooler such as "
+    "pgbouncer in transaction mode; empty: that of --store");
 ABSL_FLAG(std::string, server_id, "",
           "Name of this server among those that share --store; empty: a random one");
 ABSL_FLAG(
@@ -306,8 +310,9 @@ absl::Status Serve(ShutdownSignals& signals) {
   Limits limits = BoundByMemory(asked, memory_limit);
   HYPERMAP_ASSIGN_OR_RETURN(
       OpenedStorage storage,
-      OpenStorage({data_dir, absl::GetFlag(FLAGS_store), absl::GetFlag(FLAGS_server_id),
-                   absl::GetFlag(FLAGS_trash_age), limits.memory_limit / kCacheShare}));
+      OpenStorage({data_dir, absl::GetFlag(FLAGS_store), absl::GetFlag(FLAGS_store_readers),
+                   absl::GetFlag(FLAGS_server_id), absl::GetFlag(FLAGS_trash_age),
+                   limits.memory_limit / kCacheShare}));
   for (const std::string& note : storage.store->notes()) {
     logging::Log(logging::Level::kWarning, "what the store promises is limited", {{"note", note}});
   }

@@ -29,6 +29,7 @@ absl::StatusOr<OpenedStorage> OpenDatabase(const StorageOptions& options) {
   }
   storage::PostgresOptions postgres;
   postgres.target = options.database;
+  postgres.readers_target = options.database_of_readers;
   postgres.server_id = options.server_id;
   postgres.cache_room = std::make_shared<storage::CacheRoom>(options.cache_bytes);
   postgres.open_files = [](const std::string& folder) {

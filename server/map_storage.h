@@ -20,6 +20,8 @@ struct StorageOptions {
   std::string data_dir;
   // A URI of libpq, "postgresql://…"; empty: the maps are GeoPackages.
   std::string database;
+  // The same for connections that only read, perhaps through a pooler; empty: `database`.
+  std::string database_of_readers;
   // In a database: the name of this server among those that share it; empty: a random one.
   std::string server_id;
   // How long deleted GeoPackages are kept.

@@ -10,12 +10,16 @@
 import itertools
 import os
 import pathlib
+import shutil
+import socket
 import subprocess
+import tempfile
 import time
 import unittest
+import urllib.parse
 
 import rpc
-from processes import DEADLINE_S, ROOT, Server, SiteTest
+from processes import DEADLINE_S, ROOT, Server, SiteTest, lasting_port
 
 _databases = itertools.count(1)
 
@@ -53,6 +57,65 @@ class Cluster:
                         "-c", f"CREATE DATABASE {name} STRATEGY FILE_COPY"],
                        check=True, capture_output=True, timeout=DEADLINE_S)
         return f"{self.uri}/{name}"
+
+
+class Pgbouncer:
+    """A pgbouncer in transaction mode before a cluster, which ends with the `with` block. Raises
+    unittest.SkipTest if it is missing."""
+
+    PROGRAM = "/usr/sbin/pgbouncer"
+
+    def __init__(self, cluster):
+        if not os.access(self.PROGRAM, os.X_OK):
+            raise unittest.SkipTest("pgbouncer is missing")
+        self._cluster = urllib.parse.urlsplit(cluster.uri)
+        self._port = lasting_port()
+
+    def __enter__(self):
+        self._temporary = tempfile.TemporaryDirectory(prefix="hypermap-")
+        folder = pathlib.Path(self._temporary.name)
+        users, config = folder / "users", folder / "pgbouncer.ini"
+        users.write_text(f'"{self._cluster.username}" ""\n')
+        config.write_text(f"""[databases]
+* = host={self._cluster.hostname} port={self._cluster.port}
+[pgbouncer]
+listen_addr = 127.0.0.1
+listen_port = {self._port}
+unix_socket_dir =
+auth_type = trust
+auth_file = {users}
+pool_mode = transaction
+default_pool_size = 2
+""")
+        as_other = []
+        if os.getuid() == 0:  # pgbouncer refuses to run as root.
+            as_other = ["runuser", "-u", "postgres", "--"]
+            for path in (folder, users, config):
+                shutil.chown(path, "postgres")
+        self._process = subprocess.Popen([*as_other, self.PROGRAM, config],
+                                         stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        self._await_ready()
+        return self
+
+    def _await_ready(self):
+        deadline = time.monotonic() + DEADLINE_S
+        while True:
+            try:
+                socket.create_connection(("127.0.0.1", self._port), DEADLINE_S).close()
+                return
+            except ConnectionRefusedError:
+                if self._process.poll() is not None or time.monotonic() > deadline:
+                    raise
+                time.sleep(0.01)
+
+    def __exit__(self, *_):
+        self._process.terminate()
+        self._process.wait(DEADLINE_S)
+        self._temporary.cleanup()
+
+    def through(self, uri):
+        """Returns the URI by which a database of the cluster is reached through this."""
+        return uri.replace(f":{self._cluster.port}/", f":{self._port}/")
 
 
 class Servers:
