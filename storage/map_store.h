@@ -281,6 +281,10 @@ class MapStore {
   // Tells the other servers at which address, HOST:PORT, they reach this one.
   virtual void Advertise(const std::string& /*address*/) {}
 
+  // How long ago this server's lease was renewed, by which the others know that it lives. Zero if
+  // the store can't be shared.
+  virtual absl::Duration LeaseAge() const { return absl::ZeroDuration(); }
+
   // UNAVAILABLE; UNIMPLEMENTED if the store can't be shared.
   virtual absl::StatusOr<Survey> TakeSurvey() {
     return absl::UnimplementedError("this store can't be shared");

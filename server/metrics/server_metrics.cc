@@ -7,6 +7,7 @@
 #include "absl/time/time.h"
 #include "base/access/refusal.h"
 #include "base/limits/limits.h"
+#include "base/sync/steady_time.h"
 #include "map/content_bytes.h"
 #include "map/observations/observe_answers.h"
 #include "map/snapshot.h"
@@ -136,6 +137,37 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
   }
 }
 
+// Of maps that other servers may share.
+void AddPlacement(const Site& site, std::vector<MetricFamily>& out) {
+  Family owned("hypermap_map_owned", "1 if this server writes the map, 0 if it follows another.",
+               MetricType::Gauge);
+  Family revisions("hypermap_map_lag_revisions",
+                   "Revisions in the store that this server does not show yet.", MetricType::Gauge);
+  Family seconds("hypermap_map_lag_seconds",
+                 "Time for which this server has lacked a revision of the store.",
+                 MetricType::Gauge);
+  for (const Site::Entry& entry : site.List()) {
+    if (!entry.session) continue;
+    const Labels labels = {{"map", entry.name}};
+    owned.Add(labels, entry.session->is_follower() ? 0 : 1);
+    const PlacementMeters::Lag lag = site.placement_meters().LagOf(
+        entry.name, entry.session->snapshot()->revision, SteadyTime::Now());
+    revisions.Add(labels, static_cast<double>(lag.revisions));
+    seconds.Add(labels, absl::ToDoubleSeconds(lag.time));
+  }
+  Family takeovers("hypermap_map_takeovers_total",
+                   "Maps that this server has become the owner of, without those that it made.",
+                   MetricType::Counter);
+  takeovers.Add({}, static_cast<double>(site.placement_meters().takeovers()));
+  Family age("hypermap_lease_age_seconds",
+             "Time since the lease was renewed by which other servers know that this one lives.",
+             MetricType::Gauge);
+  age.Add({}, absl::ToDoubleSeconds(site.LeaseAge()));
+  for (Family* family : {&owned, &revisions, &seconds, &takeovers, &age}) {
+    out.push_back(std::move(*family));
+  }
+}
+
 void AddBudgets(const Budgets& budgets, const Limits& limits, std::vector<MetricFamily>& out) {
   const auto gauge = [&](const char* name, const char* help, int64_t value) {
     out.push_back(
@@ -210,6 +242,7 @@ std::vector<MetricFamily> ServerMetrics::Collect() const {
                     .Add({{"version", HYPERMAP_VERSION}}, 1)));
   AddRpcs(*facilities_.meters, out);
   AddMaps(*facilities_.site, out);
+  if (facilities_.site->is_shared()) AddPlacement(*facilities_.site, out);
   AddBudgets(*facilities_.budgets, facilities_.limits, out);
   AddAuthFailures(*facilities_.meters, out);
   if (backups_ != nullptr) AddBackups(*backups_, out);

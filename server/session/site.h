@@ -20,6 +20,7 @@
 #include "map/check_report.h"
 #include "server/session/map_session.h"
 #include "server/session/placement.h"
+#include "server/session/placement_meters.h"
 #include "server/session/read_index.h"
 #include "server/session/store_comparison.h"
 #include "storage/map_store.h"
@@ -128,8 +129,13 @@ class Site {
   // Tells the other servers that share the store at which address they reach this one.
   void Advertise(const std::string& address) { store_->Advertise(address); }
 
+  // Whether other servers may share the maps.
+  bool is_shared() const { return placement_.has_value(); }
+  const PlacementMeters& placement_meters() const { return placement_meters_; }
+
   // As the methods of MapStore.
   std::string server_id() const { return store_->server_id(); }
+  absl::Duration LeaseAge() const { return store_->LeaseAge(); }
   absl::StatusOr<storage::Survey> TakeSurvey() { return store_->TakeSurvey(); }
 
   // As MapStore::RemoveOldTrash, by the server's clock.
@@ -225,6 +231,7 @@ class Site {
   const SessionOptions options_;
   // Of a shared store. Used by the loop, and before that by Open.
   std::optional<Placement> placement_;
+  PlacementMeters placement_meters_;
   // Of a shared store. Set before anybody but Open has the site.
   std::unique_ptr<ReadIndex> read_index_;
 

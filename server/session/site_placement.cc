@@ -9,6 +9,7 @@
 #include "base/logging/log.h"
 #include "base/status/status_macros.h"
 #include "base/sync/parallel.h"
+#include "base/sync/steady_time.h"
 #include "server/session/site.h"
 
 namespace hypermap::server {
@@ -128,7 +129,9 @@ void Site::Keep(const Placement::Task& task) {
   const absl::StatusOr<std::shared_ptr<MapSession>> session = Find(task.map);
   if (!session.ok() || !(*session)->is_follower()) return;
   (*session)->SetOwner(task.owner_address);
-  if ((*session)->snapshot()->revision < task.revision) (*session)->LookForRevisions();
+  const Revision shown = (*session)->snapshot()->revision;
+  placement_meters_.NoteLag(task.map, shown, task.revision, SteadyTime::Now());
+  if (shown < task.revision) (*session)->LookForRevisions();
 }
 
 void Site::CarryOut(const Placement::Task& task) {
@@ -184,11 +187,14 @@ void Site::Replace(const Placement::Task& task) {
   }
   logging::Log(logging::Level::kInfo, "map is placed",
                {{"map", task.map}, {"action", NameOf(task.action)}, {"owner", task.owner_address}});
+  if (task.action == Placement::Action::kOwn && session.ok()) placement_meters_.AddTakeover();
+  placement_meters_.ForgetLag(task.map);
   // Writes what waits, and gives the map back.
   if (before) before->Close();
 }
 
 void Site::Forget(const std::string& map) {
+  placement_meters_.ForgetLag(map);
   const absl::StatusOr<bool> taken = TakeOut(map, /*incarnation=*/0, absl::OkStatus());
   if (!taken.ok()) return;
   const MutexLock lock(&mutex_);

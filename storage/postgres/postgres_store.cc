@@ -60,6 +60,7 @@ class PostgresStore : public MapStore {
 
   std::string server_id() const override { return options_.server_id; }
   void Advertise(const std::string& address) override { lease_->Advertise(address); }
+  absl::Duration LeaseAge() const override { return lease_->Age(); }
   absl::StatusOr<Survey> TakeSurvey() override;
   absl::StatusOr<std::map<std::string, NewestRevision>> NewestRevisions(
       const std::vector<std::string>& names) override;

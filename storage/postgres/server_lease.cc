@@ -59,6 +59,11 @@ void ServerLease::Advertise(const std::string& address) {
   changed_.NotifyAll();
 }
 
+absl::Duration ServerLease::Age() const {
+  const MutexLock lock(&mutex_);
+  return SteadyTime::Now() - renewed_at_;
+}
+
 void ServerLease::RenewUntilStopped() {
   const absl::Duration pause = options_.duration / kRenewalsPerLease;
   while (true) {
@@ -87,10 +92,15 @@ absl::Status ServerLease::Extend(const char* sql) {
     const MutexLock lock(&mutex_);
     address = address_;
   }
-  return connection_
-      ->Query(sql, options_.server_id, address, session_,
-              absl::ToInt64Microseconds(options_.duration))
-      .status();
+  // The database counts from a later moment.
+  const SteadyTime now = SteadyTime::Now();
+  const absl::StatusOr<Rows> extended = connection_->Query(
+      sql, options_.server_id, address, session_, absl::ToInt64Microseconds(options_.duration));
+  HYPERMAP_RETURN_IF_ERROR(extended.status());
+  const MutexLock lock(&mutex_);
+  // None if a later process has this id.
+  if (extended->changed_rows() > 0) renewed_at_ = now;
+  return absl::OkStatus();
 }
 
 }  // namespace hypermap::storage::postgres

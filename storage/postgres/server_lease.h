@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
 #include "base/sync/mutex.h"
+#include "base/sync/steady_time.h"
 #include "storage/libpq/connection.h"
 
 namespace hypermap::storage::postgres {
@@ -32,6 +33,8 @@ class ServerLease {
   ~ServerLease();
   // Adds the address at which others reach this server.
   void Advertise(const std::string& address);
+  // The time since the lease was renewed.
+  absl::Duration Age() const;
   ServerLease(const ServerLease&) = delete;
   ServerLease& operator=(const ServerLease&) = delete;
 
@@ -44,9 +47,10 @@ class ServerLease {
   const Options options_;
   const int64_t session_;
   std::unique_ptr<Connection> connection_;  // used by the thread alone once it runs
-  Mutex mutex_;
+  mutable Mutex mutex_;
   CondVar changed_;
   std::string address_ ABSL_GUARDED_BY(mutex_);
+  SteadyTime renewed_at_ ABSL_GUARDED_BY(mutex_) = SteadyTime::InfinitePast();
   bool is_renewal_due_ ABSL_GUARDED_BY(mutex_) = false;
   bool is_stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::thread thread_;

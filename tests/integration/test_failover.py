@@ -6,21 +6,32 @@ TypeScript client are with them.
 
 import itertools
 import json
+import re
 import signal
 import subprocess
 import time
+import urllib.request
 
 import grpc
 
 import rpc
 import sites
-from shared_database import FleetTest
+from shared_database import FleetTest, Pgbouncer, Servers
 from processes import BIN, DEADLINE_S, cli, start_and_fail
 
 
 def changes(events):
     """Yields the events of a watch without those that only tell its progress."""
     return (event for event in events if "time" in event)
+
+
+def metrics(server):
+    """Returns what a server tells Prometheus: {name with labels: value}."""
+    address = re.search(r"metrics are served.*address=(\S+)", server.log())[1]
+    with urllib.request.urlopen(f"http://{address}/metrics", timeout=DEADLINE_S) as answer:
+        lines = [line.rsplit(" ", 1) for line in answer.read().decode().splitlines()
+                 if not line.startswith("#")]
+    return {name: float(value) for name, value in lines}
 
 
 def failure(call, **arguments):
@@ -109,6 +120,56 @@ class FailoverTest(FleetTest):
         self.fleet.await_owner("site", 0)
         (left,) = self.fleet[0].json("servers")["servers"]
         self.assertEqual((left["id"], left["maps"]), ("server_0", 1))
+
+    def test_metrics_tell_owners_lags_and_takeovers(self):
+        fleet = self.enterContext(Servers(self.cluster, self.new_folder()))
+        fleet.start(1, "--metrics_listen=127.0.0.1:0")
+        with rpc.Client(fleet[0].address) as client:
+            sites.make(client)
+        found = metrics(fleet[0])
+        self.assertEqual(found['hypermap_map_owned{map="site"}'], 1)
+        self.assertEqual(found["hypermap_map_takeovers_total"], 0)
+        self.assertLess(found["hypermap_lease_age_seconds"], DEADLINE_S)
+        fleet.start(1, "--metrics_listen=127.0.0.1:0")
+        fleet.await_map("site", revision=3)
+        fleet.kill(0)
+        fleet.await_owner("site", 1)
+        deadline = time.monotonic() + DEADLINE_S
+        while (found := metrics(fleet[1])).get('hypermap_map_owned{map="site"}') != 1:
+            self.assertLess(time.monotonic(), deadline)
+        self.assertEqual(found['hypermap_map_lag_revisions{map="site"}'], 0)
+        self.assertGreaterEqual(found["hypermap_map_takeovers_total"], 1)
+
+    def test_readers_may_go_through_a_pooler(self):
+        maps = 20
+        pooler = self.enterContext(Pgbouncer(self.cluster))
+        fleet = self.enterContext(Servers(self.cluster, self.new_folder()))
+        flag = f"--store_readers={pooler.through(fleet.store)}"
+        fleet.start(1, flag)
+        with rpc.Client(fleet[0].address) as owner:
+            for i in range(maps):
+                sites.make(owner, f"site-{i}")
+            edited = owner.ApplyEdits(map="site-0", edits=[sites.put("cup", 0, 0)])
+        fleet.start(1, flag)
+        for i in range(maps):
+            fleet.await_map(f"site-{i}", revision=3)
+        fleet.await_map("site-0", edited.revision)
+        with rpc.Client(fleet[1].address) as follower:
+            self.assertEqual(list(sites.labels(follower, "site-0").values()), ["cup"])
+            before = follower.QueryPoint(scope=rpc.scope("site-0", "things"),
+                                         point=rpc.point(0.5, 0.5), as_of=rpc.at(edited.revision - 1))
+            self.assertEqual(len(before.layers[0].objects), 0)
+        sessions = subprocess.run(
+            ["psql", "-qAtX", "-d", fleet.store, "-c", "SELECT count(*) FROM pg_stat_activity "
+             "WHERE datname = current_database()"], capture_output=True, text=True, check=True,
+            timeout=DEADLINE_S).stdout
+        # One for each map, a few for each server, two of the pooler.
+        self.assertLess(int(sessions), 2 * maps)
+
+    def new_folder(self):
+        folder = self.folder / "more"
+        folder.mkdir()
+        return folder
 
     def test_a_frozen_server_is_left(self):
         """Its connections stay open, also new ones, but nothing comes back."""

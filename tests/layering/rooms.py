@@ -231,8 +231,8 @@ ROOMS = {
         {"absl", "grpc", "protobuf"},
     ),
     "server/metrics": Room(
-        ["base/access", "base/limits", "base/logging", "base/status", "map", "map/observations",
-         "server/auth", "server/rpc", "server/session"],
+        ["base/access", "base/limits", "base/logging", "base/status", "base/sync", "map",
+         "map/observations", "server/auth", "server/rpc", "server/session"],
         {"absl", "prometheus"}, hidden={"civetweb"},
     ),
     "server/watch": Room(
