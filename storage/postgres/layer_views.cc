@@ -44,7 +44,8 @@ present AS (
   WHERE c.relnamespace = 'hypermap_layers'::regnamespace AND c.relkind = 'v'
     AND c.relname LIKE '%/%')
 SELECT concat(
-  CASE WHEN present.name IS NOT NULL THEN format('DROP VIEW hypermap_layers.%I;', name) END,
+  CASE WHEN present.name IS NOT NULL
+    THEN format('DROP VIEW IF EXISTS hypermap_layers.%I;', name) END,
   CASE WHEN wanted.name IS NOT NULL THEN format($view$
 CREATE VIEW hypermap_layers.%I AS
   SELECT object_id AS id, geom%s AS geom, label, existence, classes, tags, attributes,
