@@ -22,7 +22,7 @@ PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow
 .DEFAULT_GOAL := build
 .PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
 .PHONY: api package package-server deps-server test-packages
-.PHONY: nightly attack robustness prove prove-failover prove-histories prove-linearizable prove-load $(PROOFS)
+.PHONY: nightly attack robustness prove prove-failover prove-histories prove-linearizable prove-load prove-patroni $(PROOFS)
 
 help:
 	@echo 'make build                 programs in build/bin'
@@ -39,6 +39,7 @@ help:
 	@echo '                           prove-histories [HISTORIES=100000],'
 	@echo '                           prove-linearizable [HISTORIES=1000] (Go 1.24),'
 	@echo '                           prove-failover (Go 1.24, PostgreSQL 15; ARGS=--help),'
+	@echo '                           prove-patroni [FAILOVERS=3] (root, Patroni, etcd),'
 	@echo '                           prove-load (an hour; ARGS=--help)'
 	@echo 'make robustness [SEED=1]   faults in every file call, kills, power losses and bit flips (ARGS=--help)'
 	@echo 'make attack                attacks on servers with small limits (ARGS=--short, or names such as ARGS=B1)'
@@ -176,7 +177,12 @@ prove-load: build build/.deps-test
 	  PYTHONPATH=$(CURDIR)/build/tests/integration/proto:$(CURDIR)/tests/integration \
 	  /usr/bin/python3 tests/load/run.py $(ARGS)
 
-prove: $(PROOFS) prove-histories prove-linearizable prove-failover prove-load
+# The servers and the PostgreSQL of deploy/patroni, whose primary is killed. Skipped where Patroni or etcd is
+# missing, and unless root.
+prove-patroni: build build/.deps-test
+	@HYPERMAP_TEST_PATRONI=$(or $(FAILOVERS),3) ctest --test-dir build --tests-regex '^integration.patroni$$' --verbose
+
+prove: $(PROOFS) prove-histories prove-linearizable prove-failover prove-patroni prove-load
 
 # Ends with a table of faults and scenarios, and one JSON object with the counts and "holds". Skipped
 # where the calls of a process can't be seen.

@@ -12,7 +12,7 @@
 #   tools/deps.sh lint     clang-format, clang-tidy, buf
 #   tools/deps.sh bench    the databases that `make bench PEERS=1` compares with the server
 #
-# Debian's packages of PostgreSQL and pgbouncer start a server each, as they do for everybody who
+# Debian's packages of PostgreSQL, pgbouncer and etcd start a server each, as they do for everybody who
 # installs them. The tests start their own and leave those alone, so that a machine's configuration is
 # not touched here.
 #
@@ -39,7 +39,7 @@ packages_of() {
              libyaml-cpp-dev prometheus-cpp-dev libcivetweb-dev libzip-dev libpng-dev libtiff-dev nlohmann-json3-dev libcli11-dev \
              libutfcpp-dev libcairo2-dev libpq-dev dpkg-dev file python3 ;;
     package) echo dpkg-dev file mmdebstrap python3 ;;
-    test)  echo ament-cmake chromium-headless-shell fonts-dejavu-core gdal-bin libfaketime \
+    test)  echo ament-cmake chromium-headless-shell etcd-server fonts-dejavu-core gdal-bin libfaketime \
              librosidl-runtime-c-cpp-dev librosidl-typesupport-interface-dev openssl patroni \
              pgbouncer postgresql-15 postgresql-15-postgis-3 python3-gdal python3-grpcio \
              python3-numpy python3-protobuf python3-shapely python3-yaml python3-venv rosidl-cmake \
