@@ -79,7 +79,9 @@ absl::Status PrepareViewSchema(Connection* connection) {
       const std::optional<int64_t> found,
       connection->QueryInt64("SELECT 1 FROM pg_namespace WHERE nspname = 'hypermap_layers'"));
   if (found) return absl::OkStatus();
-  return connection->Execute("CREATE SCHEMA IF NOT EXISTS hypermap_layers");
+  const absl::Status created = connection->Execute("CREATE SCHEMA IF NOT EXISTS hypermap_layers");
+  // Another server has made it meanwhile.
+  return absl::IsAlreadyExists(created) ? absl::OkStatus() : created;
 }
 
 absl::Status UpdateLayerViews(Connection* connection) {

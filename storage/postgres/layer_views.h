@@ -23,8 +23,7 @@
 
 namespace hypermap::storage::postgres {
 
-// Creates the schema of the views if there is none. FAILED_PRECONDITION if this role
-// may not.
+// Creates the schema of the views if there is none. FAILED_PRECONDITION if this role may not.
 absl::Status PrepareViewSchema(Connection* connection);
 
 // Makes the views that are missing, and drops those of layers that are no more. Goes on with the
