@@ -100,12 +100,7 @@ absl::Status MakeGrid(const std::string& folder, int side) {
 absl::Status MakeSite(const std::string& folder, const GeneratedSite& site) {
   absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(folder);
   HYPERMAP_RETURN_IF_ERROR(store.status());
-  absl::StatusOr<std::unique_ptr<storage::StoredMap>> map =
-      CreateObjectsMap(store->get(), kSiteMap);
-  HYPERMAP_RETURN_IF_ERROR(map.status());
-  // One commit, which is the fastest way to load a map.
-  const storage::Commit commit = CommitOfObjects(site, 0, site.num_objects(), 2);
-  return (*map)->Write({&commit, 1});
+  return WriteSite(store->get(), site);
 }
 
 // Returns the folder from the cache, or generates it atomically.
@@ -153,6 +148,14 @@ storage::Commit CommitOfObjects(const GeneratedSite& site, int64_t first, int64_
   }
   commit.applied.snapshot = std::move(snapshot);
   return commit;
+}
+
+absl::Status WriteSite(storage::MapStore* store, const GeneratedSite& site) {
+  absl::StatusOr<std::unique_ptr<storage::StoredMap>> map = CreateObjectsMap(store, kSiteMap);
+  HYPERMAP_RETURN_IF_ERROR(map.status());
+  // One commit, which is the fastest way to load a map.
+  const storage::Commit commit = CommitOfObjects(site, 0, site.num_objects(), 2);
+  return (*map)->Write({&commit, 1});
 }
 
 BareRow ToBareRow(const SemanticObject& object) {

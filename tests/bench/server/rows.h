@@ -69,6 +69,9 @@ absl::Status AddScaleRow(Bench& bench);
 // way to watchers.
 absl::Status AddEditRows(Bench& bench);
 absl::Status AddImportRow(Bench& bench);
+// Edits in a PostgreSQL database, and a follower of a map: its lag, its queries and its start.
+// Without PostgreSQL, adds a row that says that they were not measured.
+absl::Status AddDatabaseRows(Bench& bench);
 
 // The parts of AddSiteRows. `server` serves the site.
 absl::Status AddOpenRows(Bench& bench, const GeneratedSite& site, const std::string& folder);

@@ -91,11 +91,9 @@ absl::Status AddSiteRows(Bench& bench) {
 namespace {
 
 using AddRows = absl::Status (*)(Bench&);
-constexpr std::pair<const char*, AddRows> kGroups[] = {{"site", AddSiteRows},
-                                                       {"grid", AddGridRow},
-                                                       {"edits", AddEditRows},
-                                                       {"import", AddImportRow},
-                                                       {"scale", AddScaleRow}};
+constexpr std::pair<const char*, AddRows> kGroups[] = {
+    {"site", AddSiteRows},    {"grid", AddGridRow},          {"edits", AddEditRows},
+    {"import", AddImportRow}, {"database", AddDatabaseRows}, {"scale", AddScaleRow}};
 
 absl::Status Run(Bench& bench, const std::vector<std::string>& only) {
   std::error_code ignored;
@@ -142,7 +140,7 @@ int Main(int argc, char** argv) {
                  "Number of rounds for which each side is measured");
   app.add_option("--each_ms", each_ms, "Length of a round in milliseconds");
   app.add_option("--only", only,
-                 "Measure only these groups of rows: site, grid, edits, import, scale");
+                 "Measure only these groups of rows: site, grid, edits, import, database, scale");
   app.add_flag("--pin", options.pin,
                "Run the servers on processor 0 and the load on the others, which makes the figures "
                "of calls repeatable; not for groups whose servers need several processors");

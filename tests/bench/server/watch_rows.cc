@@ -1,17 +1,16 @@
 #include <algorithm>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "base/status/status_macros.h"
-#include "hypermap/v1/catalog_service.pb.h"
 #include "tests/bench/server/edit_calls.h"
 #include "tests/bench/server/edited_site.h"
 #include "tests/bench/server/floor.pb.h"
 #include "tests/bench/server/map_files.h"
+#include "tests/bench/server/paced_edits.h"
 #include "tests/bench/server/watchers.h"
 
 namespace hypermap::bench {
@@ -19,17 +18,6 @@ namespace {
 
 // Number of writers of the changes at a given rate.
 constexpr int kWriters = 4;
-
-absl::StatusOr<int64_t> NewestRevision(const Channels& channels) {
-  v1::GetMapRequest request;
-  request.set_map(kSiteMap);
-  const auto answers =
-      Ask(channels, {"/hypermap.v1.CatalogService/GetMap", false, InTurn({ToBytes(request)})}, 1);
-  HYPERMAP_RETURN_IF_ERROR(answers.status());
-  v1::GetMapResponse response;
-  if (!response.ParseFromString(answers->front())) return absl::InternalError("GetMap");
-  return response.map().revision();
-}
 
 // CPU of delivering a change to one watcher: that of edits with watchers, minus that of as many
 // edits without them. The messages of the floor are serialised beforehand and have the changes of
@@ -129,18 +117,6 @@ absl::Status AddDeliveryRow(Bench& bench, EditedSite& edited) {
   return absl::OkStatus();
 }
 
-// One writer of the changes at a given rate. Makes edit i of `count` at its scheduled time, or as
-// soon as possible after it.
-absl::Status WritePaced(const Channels& channel, const Calls& calls, absl::Time start,
-                        absl::Duration step, int count) {
-  for (int i = 0; i < count; ++i) {
-    absl::SleepFor(start + i * step - absl::Now());
-    const auto answer = Ask(channel, calls, 1);
-    HYPERMAP_RETURN_IF_ERROR(answer.status());
-  }
-  return absl::OkStatus();
-}
-
 absl::StatusOr<std::vector<double>> PacedLatencies(Bench& bench, EditedSite& edited,
                                                    double* changes_per_s) {
   const std::string& address = edited.server().address();
@@ -148,26 +124,12 @@ absl::StatusOr<std::vector<double>> PacedLatencies(Bench& bench, EditedSite& edi
   const absl::StatusOr<int64_t> before = NewestRevision(channels);
   HYPERMAP_RETURN_IF_ERROR(before.status());
   Watchers watchers(channels, kSiteMap, *before, bench.options.watchers);
-  const Calls calls = EditCalls(edited.site(), edited.edit_counter());
-  const absl::Duration length = bench.options.pace.each * bench.options.pace.repeats;
-  const absl::Duration step = absl::Seconds(kWriters) / bench.options.changes_per_s;
-  const int count = std::max(1, static_cast<int>(length / step));
-  const absl::Time start = absl::Now();
-  std::vector<absl::Status> statuses(kWriters);
-  std::vector<std::thread> writers;
-  writers.reserve(kWriters);
-  for (int i = 0; i < kWriters; ++i) {
-    writers.emplace_back([&, i] {
-      statuses[i] =
-          WritePaced(OpenChannels(address, 1), calls, start + i * step / kWriters, step, count);
-    });
-  }
-  for (std::thread& writer : writers) writer.join();
-  *changes_per_s = kWriters * count / absl::ToDoubleSeconds(absl::Now() - start);
-  for (const absl::Status& status : statuses) {
-    HYPERMAP_RETURN_IF_ERROR(status);
-  }
-  absl::Status status = watchers.WaitUntil(*before + int64_t{kWriters} * count);
+  const absl::StatusOr<PacedEdits> edits = MakePacedEdits(
+      address, EditCalls(edited.site(), edited.edit_counter()), kWriters,
+      bench.options.changes_per_s, bench.options.pace.each * bench.options.pace.repeats);
+  HYPERMAP_RETURN_IF_ERROR(edits.status());
+  *changes_per_s = edits->per_s;
+  absl::Status status = watchers.WaitUntil(*before + edits->count);
   HYPERMAP_RETURN_IF_ERROR(status);
   return watchers.LatenciesS();
 }

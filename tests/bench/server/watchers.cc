@@ -44,6 +44,10 @@ class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse
     const MutexLock lock(&mutex_);
     return latencies_s_;
   }
+  std::vector<double> received_s() const {
+    const MutexLock lock(&mutex_);
+    return received_s_;
+  }
   int64_t messages() const {
     const MutexLock lock(&mutex_);
     return messages_;
@@ -72,10 +76,13 @@ class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse
       status_.Update(absl::InternalError(
           absl::StrCat("Watch: revision ", message.revision(), " after ", told_)));
     }
-    if (!message.more()) told_ = message.revision();
+    const double now = static_cast<double>(absl::GetCurrentTimeNanos()) * 1e-9;
     const double committed =
         static_cast<double>(message.time().seconds()) + message.time().nanos() * 1e-9;
-    latencies_s_.push_back(static_cast<double>(absl::GetCurrentTimeNanos()) * 1e-9 - committed);
+    latencies_s_.push_back(now - committed);
+    if (message.more()) return;
+    told_ = message.revision();
+    received_s_.push_back(now);
   }
   void OnDone(const grpc::Status& status) override {
     const MutexLock lock(&mutex_);
@@ -99,6 +106,7 @@ class Watcher : public grpc::ClientBidiReactor<v1::WatchRequest, WatchedResponse
   bool done_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status status_ ABSL_GUARDED_BY(mutex_);
   std::vector<double> latencies_s_ ABSL_GUARDED_BY(mutex_);
+  std::vector<double> received_s_ ABSL_GUARDED_BY(mutex_);  // by revision
 };
 
 Watchers::Watchers(const Channels& channels, const std::string& map, int64_t after_revision,
@@ -127,6 +135,8 @@ std::vector<double> Watchers::LatenciesS() const {
   std::sort(all.begin(), all.end());
   return all;
 }
+
+std::vector<double> Watchers::ReceivedS() const { return watchers_.front()->received_s(); }
 
 int64_t Watchers::messages() const {
   int64_t sum = 0;

@@ -27,6 +27,9 @@ class Watchers {
 
   // Times from a commit, as its change says, until a watcher had read it. Seconds, sorted.
   std::vector<double> LatenciesS() const;
+  // Times at which the first watcher had read each revision, in order. Seconds since the Unix
+  // epoch.
+  std::vector<double> ReceivedS() const;
   // Number of messages and bytes that all watchers together have read.
   int64_t messages() const;
   int64_t bytes() const;

@@ -1,5 +1,8 @@
-// Replaces postgis.cc in builds without PostgreSQL.
+// Replaces the files that use PostgreSQL in builds without it.
+#include <string>
+
 #include "tests/bench/server/postgis.h"
+#include "tests/bench/server/rows.h"
 
 namespace hypermap::bench {
 namespace {
@@ -20,6 +23,12 @@ absl::StatusOr<Cost> PostgisCluster::Run(const SqlCalls&, int, absl::Duration) c
 
 absl::StatusOr<std::vector<int>> PostgisCluster::CountRows(const SqlCalls&, int) const {
   return NotBuilt();
+}
+
+absl::Status AddDatabaseRows(Bench& bench) {
+  bench.report.AddMissing("servers that share a database", AtLeast(0),
+                          std::string(NotBuilt().message()));
+  return absl::OkStatus();
 }
 
 }  // namespace hypermap::bench
