@@ -131,6 +131,7 @@ TEST_F(ConnectionTest, OwnSessionsEndIfTheirClientIsGone) {
   EXPECT_EQ(show("client_connection_check_interval"), "2s");
   EXPECT_EQ(show("tcp_keepalives_idle"), "5");
   EXPECT_EQ(show("jit"), "off");
+  EXPECT_EQ(show("enable_seqscan"), "off");
   EXPECT_EQ(show("client_encoding"), "UTF8");
   EXPECT_EQ(show("application_name"), "hypermap");
   options_.target +=
