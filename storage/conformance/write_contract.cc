@@ -53,6 +53,32 @@ TEST_P(WriteContract, CommitsOfAGroupKeepTheirRevisions) {
   ExpectReopensTheSame();
 }
 
+TEST_P(WriteContract, CommitsOfAGroupMayUndoEachOther) {
+  Rng rng(seed_);
+  RecordedMap map(CreateMap(*store_, "undone"));
+  const auto put = [](ObjectId id, const std::string& label) {
+    SemanticObject object = UnitSquare(label);
+    object.id = id;
+    return EditBatch{{PutObject{"s", std::move(object), ""}}};
+  };
+  map.Write({{{CreateLayer{SemanticSpec("s")}}}, put(0, "chair"), put(0, "table")});
+  map.Write({put(1, "stool"),
+             put(1, "bench"),
+             {{DeleteObject{"s", 1}}},
+             put(2, "desk"),
+             put(0, "shelf"),
+             {{DeleteObject{"s", 3}}}});
+  ExpectAllAsRecorded(rng, *map.Reader(), map, 0);
+  map.Write({put(2, "lamp"),
+             {{DeleteLayer{"s"}}},
+             {{CreateLayer{SemanticSpec("s")}}},
+             put(0, "sofa"),
+             {{DeleteLayer{"s"}, CreateLayer{SemanticSpec("s")}}},
+             put(0, "bed")});
+  ExpectAllAsRecorded(rng, *map.Reader(), map, 0);
+  map.Reopen(*store_);
+}
+
 TEST_P(WriteContract, ReceiptsOutliveTheProcess) {
   EditBatch make;
   make.edits.push_back(CreateLayer{SemanticSpec("s")});

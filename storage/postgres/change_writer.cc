@@ -1,5 +1,6 @@
 #include "storage/postgres/change_writer.h"
 
+#include <algorithm>
 #include <memory>
 #include <utility>
 #include <variant>
@@ -33,9 +34,6 @@ INSERT INTO hypermap.layer_versions (map, lineage, first_revision, row_begin, ro
     row_end = excluded.row_end, col_begin = excluded.col_begin, col_end = excluded.col_end,
     parameters = excluded.parameters
 )sql";
-constexpr char kPutLayerRevision[] =
-    "INSERT INTO hypermap.layer_revisions (map, lineage, revision) VALUES ($1, $2, $3) "
-    "ON CONFLICT (map, lineage, revision) DO NOTHING";
 constexpr char kPutFrameVersion[] = R"sql(
 INSERT INTO hypermap.frame_versions (map, child_frame_id, first_revision, parent_frame_id, x, y,
     yaw)
@@ -58,9 +56,15 @@ constexpr char kEndTile[] =
 constexpr char kEndTiles[] =
     "UPDATE hypermap.tiles SET end_revision = $3 WHERE map = $1 AND lineage = $2 "
     "AND end_revision = 9223372036854775807";
-constexpr char kInsertRevision[] =
-    "INSERT INTO hypermap.revisions (map, revision, time_ns, author, num_changes) "
-    "VALUES ($1, $2, $3, $4, $5)";
+// Changes of several commits whose rows are inserted together, which bounds the memory for them.
+constexpr int64_t kEnoughChanges = 1000;
+
+bool DeletesLayer(const Commit& commit) {
+  const std::vector<Change>& changes = commit.applied.changes;
+  return std::any_of(changes.begin(), changes.end(), [](const Change& change) {
+    return std::holds_alternative<LayerDeleted>(change);
+  });
+}
 
 }  // namespace
 
@@ -68,31 +72,40 @@ ChangeWriter::ChangeWriter(Pipeline* pipeline, int64_t map, OpenLayers layers)
     : pipeline_(pipeline), map_(map), layers_(std::move(layers)) {}
 
 absl::Status ChangeWriter::Write(const Commit& commit) {
+  // What ends with the layer must be in the tables.
+  if (DeletesLayer(commit)) SendRows();
   revision_ = commit.applied.snapshot->revision;
   changed_.clear();
-  objects_ = {};
   tiles_ = {};
-  changes_ = {};
   int64_t number = 0;
   for (const Change& change : commit.applied.changes) {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     lineage_.reset();
     HYPERMAP_RETURN_IF_ERROR(std::visit([this](const auto& c) { return Apply(c); }, change));
-    HYPERMAP_RETURN_IF_ERROR(changes_.Add(number++, lineage_, change));
+    HYPERMAP_RETURN_IF_ERROR(changes_.Add(revision_, number++, lineage_, change));
     GiveWay();
   }
-  objects_.Send(*pipeline_, map_);
   tiles_.Send(*pipeline_, map_, revision_);
-  changes_.Send(*pipeline_, map_, revision_);
   for (const auto& [lineage, layer] : changed_) {
-    pipeline_->Add(kPutLayerRevision, map_, lineage,
-                   VersionOf(layer, lineage, *commit.applied.snapshot));
+    layer_revisions_.Add(lineage, VersionOf(layer, lineage, *commit.applied.snapshot));
   }
   for (const FusionChange& change : commit.fusion) AddFusionChange(*pipeline_, map_, change);
-  AddReceipt(*pipeline_, map_, commit);
-  pipeline_->Add(kInsertRevision, map_, revision_, absl::ToUnixNanos(commit.time), commit.author,
-                 commit.num_changes.value_or(number));
+  if (std::optional<TimedReceipt> receipt = ReceiptOf(commit)) {
+    receipts_.push_back(*std::move(receipt));
+  }
+  revisions_.Add({revision_, commit.time, commit.author, commit.num_changes.value_or(number)});
+  num_changes_ += number;
+  if (num_changes_ >= kEnoughChanges) SendRows();
   return absl::OkStatus();
+}
+
+void ChangeWriter::SendRows() {
+  num_changes_ = 0;
+  std::exchange(objects_, {}).Send(*pipeline_, map_);
+  std::exchange(changes_, {}).Send(*pipeline_, map_);
+  std::exchange(layer_revisions_, {}).Send(*pipeline_, map_);
+  AddReceipts(*pipeline_, map_, std::exchange(receipts_, {}));
+  std::exchange(revisions_, {}).Send(*pipeline_, map_);
 }
 
 Revision ChangeWriter::VersionOf(const std::string& layer, int64_t lineage,
@@ -144,17 +157,20 @@ absl::Status ChangeWriter::Apply(const TransformSet& change) {
 absl::Status ChangeWriter::Apply(const ObjectPut& change) {
   HYPERMAP_ASSIGN_OR_RETURN(StoredLayer* const layer, TouchSemantic(change.layer));
   const SemanticObject& object = *change.after;
-  if (change.before != nullptr) {
-    pipeline_->Add(kEndObject, map_, layer->lineage, object.id, revision_);
-  }
+  if (change.before != nullptr) EndObject(layer->lineage, object.id);
   // A replica writes the changes of several revisions in one commit, with their own versions.
   return objects_.Add(layer->lineage, object, object.version > 0 ? object.version : revision_);
 }
 
 absl::Status ChangeWriter::Apply(const ObjectRemoved& change) {
   HYPERMAP_ASSIGN_OR_RETURN(StoredLayer* const layer, TouchSemantic(change.layer));
-  pipeline_->Add(kEndObject, map_, layer->lineage, change.before->id, revision_);
+  EndObject(layer->lineage, change.before->id);
   return absl::OkStatus();
+}
+
+void ChangeWriter::EndObject(int64_t lineage, ObjectId id) {
+  if (objects_.End(lineage, id, revision_)) return;
+  pipeline_->Add(kEndObject, map_, lineage, id, revision_);
 }
 
 absl::Status ChangeWriter::Apply(const TileWritten& change) {

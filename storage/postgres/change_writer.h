@@ -6,6 +6,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -22,16 +23,20 @@ struct OpenLayers {
   int64_t next_lineage = 1;
 };
 
-// Sends the statements of commits. Nothing is read: the statements need no answers.
+// Sends the statements of commits. Nothing is read: the statements need no answers. Rows of several
+// commits are inserted together, so that the number of statements does not grow with the number of
+// commits. Finish sends the last ones.
 class ChangeWriter {
  public:
   // `layers` are those of the map before the first commit.
   ChangeWriter(Pipeline* pipeline, int64_t map, OpenLayers layers);
 
-  // Sends the changes of one commit, the ends of the versions that they replace, its evidence, its
+  // Writes the changes of one commit, the ends of the versions that they replace, its evidence, its
   // receipt and its revision. INTERNAL when a change does not fit the map; INVALID_ARGUMENT for
   // text that is not UTF-8. Errors of CheckCancelled.
   absl::Status Write(const Commit& commit);
+  // Sends the rows that are left. REQUIRES: nothing is written afterwards.
+  void Finish() { SendRows(); }
 
   // The layers after the commits.
   const OpenLayers& layers() const { return layers_; }
@@ -53,6 +58,10 @@ class ChangeWriter {
   absl::StatusOr<StoredLayer*> Touch(const std::string& name);
   absl::StatusOr<StoredLayer*> TouchSemantic(const std::string& name);
   absl::StatusOr<StoredLayer*> TouchGrid(const std::string& name);
+  // Ends the current version of an object.
+  void EndObject(int64_t lineage, ObjectId id);
+  // Sends the rows that are gathered.
+  void SendRows();
   // Sends the extent and the parameters that a layer has from this revision on.
   absl::Status PutLayerVersion(const StoredLayer& layer);
 
@@ -63,9 +72,14 @@ class ChangeWriter {
   Revision revision_ = 0;
   std::map<int64_t, std::string> changed_;  // lineage -> layer
   std::optional<int64_t> lineage_;          // of the change in work, where it is of a layer
-  ObjectRows objects_;
   TileRows tiles_;
+  // Of this commit and those before it, since rows were sent.
+  int64_t num_changes_ = 0;
+  ObjectRows objects_;
   ChangeRows changes_;
+  LayerRevisionRows layer_revisions_;
+  std::vector<TimedReceipt> receipts_;
+  RevisionRows revisions_;
 };
 
 }  // namespace hypermap::storage::postgres

@@ -16,14 +16,14 @@ namespace {
 constexpr char kInsertObjects[] = R"sql(
 INSERT INTO hypermap.objects (map, lineage, object_id, first_revision, end_revision, bounds, shape,
     label, existence, classes, tags, attributes, height_min, height_max, expires_at_ns)
-  SELECT $1, r.lineage, r.object_id, r.first_revision, $2,
+  SELECT $1, r.lineage, r.object_id, r.first_revision, r.end_revision,
       box(point(r.min_x, r.min_y), point(r.max_x, r.max_y)), r.shape, r.label, r.existence,
       r.classes, r.tags, r.attributes, r.height_min, r.height_max, r.expires_at_ns
-    FROM unnest($3::bigint[], $4::bigint[], $5::bigint[], $6::float8[], $7::float8[],
-        $8::float8[], $9::float8[], $10::bytea[], $11::text[], $12::float8[], $13::text[],
-        $14::text[], $15::text[], $16::float8[], $17::float8[], $18::bigint[])
-      AS r (lineage, object_id, first_revision, min_x, min_y, max_x, max_y, shape, label,
-        existence, classes, tags, attributes, height_min, height_max, expires_at_ns)
+    FROM unnest($2::bigint[], $3::bigint[], $4::bigint[], $5::bigint[], $6::float8[],
+        $7::float8[], $8::float8[], $9::float8[], $10::bytea[], $11::text[], $12::float8[],
+        $13::text[], $14::text[], $15::text[], $16::float8[], $17::float8[], $18::bigint[])
+      AS r (lineage, object_id, first_revision, end_revision, min_x, min_y, max_x, max_y, shape,
+        label, existence, classes, tags, attributes, height_min, height_max, expires_at_ns)
 )sql";
 constexpr char kInsertTiles[] = R"sql(
 INSERT INTO hypermap.tiles (map, lineage, tile_row, tile_col, first_revision, end_revision, image)
@@ -35,11 +35,23 @@ INSERT INTO hypermap.tiles (map, lineage, tile_row, tile_col, first_revision, en
 constexpr char kInsertChanges[] = R"sql(
 INSERT INTO hypermap.changes (map, revision, number, kind, lineage, object_id, tile_row, tile_col,
     detail)
-  SELECT $1, $2, r.number, r.kind, r.lineage, r.object_id, r.tile_row, r.tile_col,
+  SELECT $1, r.revision, r.number, r.kind, r.lineage, r.object_id, r.tile_row, r.tile_col,
       nullif(r.detail, '')
-    FROM unnest($3::bigint[], $4::text[], $5::bigint[], $6::bigint[], $7::bigint[], $8::bigint[],
+    FROM unnest($2::bigint[], $3::bigint[], $4::text[], $5::bigint[], $6::bigint[], $7::bigint[], $8::bigint[],
         $9::text[])
-      AS r (number, kind, lineage, object_id, tile_row, tile_col, detail)
+      AS r (revision, number, kind, lineage, object_id, tile_row, tile_col, detail)
+)sql";
+constexpr char kPutLayerRevisions[] = R"sql(
+INSERT INTO hypermap.layer_revisions (map, lineage, revision)
+  SELECT $1, r.lineage, r.revision
+    FROM unnest($2::bigint[], $3::bigint[]) AS r (lineage, revision)
+  ON CONFLICT (map, lineage, revision) DO NOTHING
+)sql";
+constexpr char kInsertRevisions[] = R"sql(
+INSERT INTO hypermap.revisions (map, revision, time_ns, author, num_changes)
+  SELECT $1, r.revision, r.time_ns, r.author, r.num_changes
+    FROM unnest($2::bigint[], $3::bigint[], $4::text[], $5::bigint[])
+      AS r (revision, time_ns, author, num_changes)
 )sql";
 
 template <typename Rows>
@@ -54,7 +66,7 @@ void DropLineage(int64_t lineage, Rows* rows) {
 absl::Status ObjectRows::Add(int64_t lineage, const SemanticObject& object,
                              Revision first_revision) {
   HYPERMAP_ASSIGN_OR_RETURN(EncodedObject encoded, EncodeObject(object));
-  rows_.push_back({lineage, object.id, first_revision, object.shape.bounds(),
+  rows_.push_back({lineage, object.id, first_revision, kForever, object.shape.bounds(),
                    std::move(encoded.shape), object.label, object.existence,
                    std::move(encoded.classes), std::move(encoded.tags),
                    std::move(encoded.attributes), encoded.height_min, encoded.height_max,
@@ -62,7 +74,22 @@ absl::Status ObjectRows::Add(int64_t lineage, const SemanticObject& object,
   return absl::OkStatus();
 }
 
-void ObjectRows::Drop(int64_t lineage) { DropLineage(lineage, &rows_); }
+bool ObjectRows::End(int64_t lineage, ObjectId id, Revision end_revision) {
+  for (; num_placed_ < rows_.size(); ++num_placed_) {
+    const Row& row = rows_[num_placed_];
+    places_[{row.lineage, row.id}] = num_placed_;
+  }
+  const auto place = places_.find({lineage, id});
+  if (place == places_.end()) return false;
+  rows_[place->second].end_revision = end_revision;
+  return true;
+}
+
+void ObjectRows::Drop(int64_t lineage) {
+  DropLineage(lineage, &rows_);
+  places_.clear();
+  num_placed_ = 0;
+}
 
 void ObjectRows::Send(Pipeline& pipeline, int64_t map) const {
   InParts(
@@ -75,9 +102,10 @@ void ObjectRows::SendSome(Pipeline& pipeline, int64_t map, absl::Span<const Row>
   const auto integers = [&](auto get) { return Column<int64_t>(rows, get); };
   const auto doubles = [&](auto get) { return Column<double>(rows, get); };
   const auto texts = [&](auto get) { return Column<absl::string_view>(rows, get); };
-  pipeline.Add(kInsertObjects, map, kForever, integers([](auto& r) { return r.lineage; }),
+  pipeline.Add(kInsertObjects, map, integers([](auto& r) { return r.lineage; }),
                integers([](auto& r) { return r.id; }),
                integers([](auto& r) { return r.first_revision; }),
+               integers([](auto& r) { return r.end_revision; }),
                doubles([](auto& r) { return r.bounds.min.x; }),
                doubles([](auto& r) { return r.bounds.min.y; }),
                doubles([](auto& r) { return r.bounds.max.x; }),
@@ -112,9 +140,11 @@ void TileRows::Send(Pipeline& pipeline, int64_t map, Revision revision) const {
       });
 }
 
-absl::Status ChangeRows::Add(int64_t number, std::optional<int64_t> lineage, const Change& change) {
+absl::Status ChangeRows::Add(Revision revision, int64_t number, std::optional<int64_t> lineage,
+                             const Change& change) {
   HYPERMAP_ASSIGN_OR_RETURN(ChangeColumns columns, EncodeChange(change));
-  Row row{number, columns.kind, lineage, columns.object_id, {}, {}, std::move(columns.detail)};
+  Row row{revision,          number, columns.kind, lineage,
+          columns.object_id, {},     {},           std::move(columns.detail)};
   if (columns.tile) {
     row.tile_row = columns.tile->row;
     row.tile_col = columns.tile->col;
@@ -123,13 +153,13 @@ absl::Status ChangeRows::Add(int64_t number, std::optional<int64_t> lineage, con
   return absl::OkStatus();
 }
 
-void ChangeRows::Send(Pipeline& pipeline, int64_t map, Revision revision) const {
+void ChangeRows::Send(Pipeline& pipeline, int64_t map) const {
   using OptionalInt = std::optional<int64_t>;
   InParts(
       absl::MakeConstSpan(rows_),
       [](const Row& row) { return row.detail ? row.detail->size() : 0; },
       [&](absl::Span<const Row> rows) {
-        pipeline.Add(kInsertChanges, map, revision,
+        pipeline.Add(kInsertChanges, map, Column<int64_t>(rows, [](auto& r) { return r.revision; }),
                      Column<int64_t>(rows, [](auto& r) { return r.number; }),
                      Column<absl::string_view>(rows, [](auto& r) { return r.kind; }),
                      Column<OptionalInt>(rows, [](auto& r) { return r.lineage; }),
@@ -139,6 +169,30 @@ void ChangeRows::Send(Pipeline& pipeline, int64_t map, Revision revision) const 
                      Column<absl::string_view>(rows, [](auto& r) {
                        return r.detail ? absl::string_view(*r.detail) : absl::string_view();
                      }));
+      });
+}
+
+void LayerRevisionRows::Add(int64_t lineage, Revision revision) {
+  lineages_.push_back(lineage);
+  revisions_.push_back(revision);
+}
+
+void LayerRevisionRows::Send(Pipeline& pipeline, int64_t map) const {
+  if (lineages_.empty()) return;
+  pipeline.Add(kPutLayerRevisions, map, absl::MakeConstSpan(lineages_),
+               absl::MakeConstSpan(revisions_));
+}
+
+void RevisionRows::Send(Pipeline& pipeline, int64_t map) const {
+  InParts(
+      absl::MakeConstSpan(records_), [](const RevisionRecord& r) { return r.author.size(); },
+      [&](absl::Span<const RevisionRecord> rows) {
+        const auto integers = [&](auto get) { return Column<int64_t>(rows, get); };
+        pipeline.Add(
+            kInsertRevisions, map, integers([](auto& r) { return r.revision; }),
+            integers([](auto& r) { return absl::ToUnixNanos(r.time); }),
+            Column<absl::string_view>(rows, [](auto& r) { return absl::string_view(r.author); }),
+            integers([](auto& r) { return r.num_changes; }));
       });
 }
 

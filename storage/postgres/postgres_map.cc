@@ -74,6 +74,7 @@ absl::Status PostgresMap::WriteAll(absl::Span<const Commit> commits) {
   const auto send = [&](Pipeline& pipeline) -> absl::Status {
     ChangeWriter writer(&pipeline, owned_->map(), opened_.layers);
     for (const Commit& commit : commits) HYPERMAP_RETURN_IF_ERROR(writer.Write(commit));
+    writer.Finish();
     layers = writer.layers();
     return absl::OkStatus();
   };
@@ -131,7 +132,7 @@ absl::Status PostgresMap::WriteToCopy(absl::FunctionRef<void(Pipeline&)> add) {
 absl::Status PostgresMap::AddCopied(absl::Span<const TimedReceipt> receipts,
                                     absl::Span<const FusionChange> fusion) {
   return WriteToCopy([&](Pipeline& pipeline) {
-    for (const TimedReceipt& receipt : receipts) AddReceipt(pipeline, owned_->map(), receipt);
+    AddReceipts(pipeline, owned_->map(), receipts);
     for (const FusionChange& change : fusion) AddFusionChange(pipeline, owned_->map(), change);
   });
 }

@@ -7,8 +7,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
+#include "absl/types/span.h"
 #include "base/status/status_macros.h"
 #include "storage/encoding/object_id_list.h"
+#include "storage/postgres/row_parts.h"
 
 namespace hypermap::storage::postgres {
 namespace {
@@ -16,14 +18,24 @@ namespace {
 constexpr char kFindReceipt[] =
     "SELECT request_id, revision, object_ids, digest, time_ns FROM hypermap.receipts "
     "WHERE map = $1 AND request_id = $2";
+// The lateral query, with its limit, is run for each request: the planner can't choose to read the
+// whole table instead.
+constexpr char kFindReceipts[] = R"sql(
+SELECT found.*
+  FROM unnest($2::text[]) AS asked (request_id) CROSS JOIN LATERAL (
+    SELECT request_id, revision, object_ids, digest, time_ns FROM hypermap.receipts
+      WHERE map = $1 AND request_id = asked.request_id LIMIT 1) AS found
+)sql";
 // The time is that of the revision, so that the order is that of the revisions; it has an index.
 constexpr char kReadReceipts[] =
     "SELECT request_id, revision, object_ids, digest, time_ns FROM hypermap.receipts "
     "WHERE map = $1 AND (time_ns, revision) > ($2, $3) AND time_ns >= $2 "
     "ORDER BY time_ns, revision LIMIT $4";
-constexpr char kInsertReceipt[] = R"sql(
+constexpr char kInsertReceipts[] = R"sql(
 INSERT INTO hypermap.receipts (map, request_id, revision, time_ns, object_ids, digest)
-  VALUES ($1, $2, $3, $4, $5, $6)
+  SELECT $1, r.request_id, r.revision, r.time_ns, r.object_ids, r.digest
+    FROM unnest($2::text[], $3::bigint[], $4::bigint[], $5::bytea[], $6::bytea[])
+      AS r (request_id, revision, time_ns, object_ids, digest)
 )sql";
 
 absl::StatusOr<TimedReceipt> ReceiptAt(Rows* rows) {
@@ -63,6 +75,19 @@ absl::StatusOr<std::optional<Receipt>> FindReceipt(Connection& connection, int64
   return std::move(timed->receipt);
 }
 
+absl::StatusOr<std::vector<Receipt>> FindReceipts(Connection& connection, int64_t map,
+                                                  absl::Span<const std::string> request_ids) {
+  const std::vector<absl::string_view> ids(request_ids.begin(), request_ids.end());
+  HYPERMAP_ASSIGN_OR_RETURN(Rows rows,
+                            connection.Query(kFindReceipts, map, absl::MakeConstSpan(ids)));
+  std::vector<Receipt> receipts;
+  while (rows.Next()) {
+    HYPERMAP_ASSIGN_OR_RETURN(TimedReceipt timed, ReceiptAt(&rows));
+    receipts.push_back(std::move(timed.receipt));
+  }
+  return receipts;
+}
+
 absl::StatusOr<std::vector<TimedReceipt>> ReadReceipts(Connection& connection, int64_t map,
                                                        absl::string_view after, int max_count) {
   int64_t time_ns = std::numeric_limits<int64_t>::min();
@@ -87,20 +112,36 @@ absl::StatusOr<std::vector<TimedReceipt>> ReadReceipts(Connection& connection, i
   return receipts;
 }
 
-void AddReceipt(Pipeline& pipeline, int64_t map, const TimedReceipt& timed) {
-  const Receipt& receipt = timed.receipt;
-  const std::string object_ids = EncodeObjectIds(receipt.object_ids);
-  pipeline.Add(kInsertReceipt, map, receipt.request_id, receipt.revision,
-               absl::ToUnixNanos(timed.time), BlobView{object_ids},
-               BlobView{receipt.request_digest});
+std::optional<TimedReceipt> ReceiptOf(const Commit& commit) {
+  if (commit.request_id.empty()) return std::nullopt;
+  return TimedReceipt{{commit.request_id, commit.applied.snapshot->revision,
+                       commit.applied.object_ids, commit.request_digest},
+                      commit.time};
 }
 
-void AddReceipt(Pipeline& pipeline, int64_t map, const Commit& commit) {
-  if (commit.request_id.empty()) return;
-  AddReceipt(pipeline, map,
-             TimedReceipt{{commit.request_id, commit.applied.snapshot->revision,
-                           commit.applied.object_ids, commit.request_digest},
-                          commit.time});
+void AddReceipts(Pipeline& pipeline, int64_t map, absl::Span<const TimedReceipt> receipts) {
+  struct Row {
+    const TimedReceipt* timed;
+    std::string object_ids;
+  };
+  std::vector<Row> rows;
+  rows.reserve(receipts.size());
+  for (const TimedReceipt& timed : receipts) {
+    rows.push_back({&timed, EncodeObjectIds(timed.receipt.object_ids)});
+  }
+  InParts(
+      absl::MakeConstSpan(rows), [](const Row& row) { return row.object_ids.size(); },
+      [&](absl::Span<const Row> part) {
+        pipeline.Add(
+            kInsertReceipts, map,
+            Column<absl::string_view>(
+                part, [](auto& r) { return absl::string_view(r.timed->receipt.request_id); }),
+            Column<int64_t>(part, [](auto& r) { return r.timed->receipt.revision; }),
+            Column<int64_t>(part, [](auto& r) { return absl::ToUnixNanos(r.timed->time); }),
+            Column<BlobView>(part, [](auto& r) { return BlobView{r.object_ids}; }),
+            Column<BlobView>(part,
+                             [](auto& r) { return BlobView{r.timed->receipt.request_digest}; }));
+      });
 }
 
 }  // namespace hypermap::storage::postgres

@@ -4,10 +4,12 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/types/span.h"
 #include "storage/libpq/connection.h"
 #include "storage/map_store.h"
 
@@ -17,16 +19,20 @@ namespace hypermap::storage::postgres {
 absl::StatusOr<std::optional<Receipt>> FindReceipt(Connection& connection, int64_t map,
                                                    absl::string_view request_id);
 
+// The receipts of those of the requests that have one, in one statement. DATA_LOSS.
+absl::StatusOr<std::vector<Receipt>> FindReceipts(Connection& connection, int64_t map,
+                                                  absl::Span<const std::string> request_ids);
+
 // As ReadableMap::Receipts.
 absl::StatusOr<std::vector<TimedReceipt>> ReadReceipts(Connection& connection, int64_t map,
                                                        absl::string_view after, int max_count);
 
-// Sends a receipt. The pipeline fails with ALREADY_EXISTS when there is one for its request.
-void AddReceipt(Pipeline& pipeline, int64_t map, const TimedReceipt& timed);
+// The receipt of the commit; nullopt if it has no request id.
+std::optional<TimedReceipt> ReceiptOf(const Commit& commit);
 
-// Sends the receipt of the commit when it has a request id. The pipeline fails with ALREADY_EXISTS
-// when there is a receipt for that id.
-void AddReceipt(Pipeline& pipeline, int64_t map, const Commit& commit);
+// Sends receipts. The pipeline fails with ALREADY_EXISTS when there is one for one of their
+// requests.
+void AddReceipts(Pipeline& pipeline, int64_t map, absl::Span<const TimedReceipt> receipts);
 
 }  // namespace hypermap::storage::postgres
 

@@ -11,7 +11,9 @@
 namespace hypermap::storage::postgres {
 namespace {
 
+using ::testing::Field;
 using ::testing::HasSubstr;
+using ::testing::UnorderedElementsAre;
 
 using ReceiptsTest = WrittenMapTest;
 
@@ -28,7 +30,7 @@ Commit CommitWith(const std::string& request_id, std::vector<ObjectId> object_id
 
 absl::Status Add(OwnedMap& owned, const Commit& commit) {
   return owned.Write([&](Pipeline& pipeline) {
-    AddReceipt(pipeline, owned.map(), commit);
+    if (const auto receipt = ReceiptOf(commit)) AddReceipts(pipeline, owned.map(), {*receipt});
     return absl::OkStatus();
   });
 }
@@ -48,6 +50,22 @@ TEST_F(ReceiptsTest, CommitWithoutAnIdHasNone) {
   ASSERT_TRUE(Add(*owned_, CommitWith("", {})).ok());
   ASSERT_TRUE(Add(*owned_, CommitWith("", {})).ok());
   EXPECT_FALSE(FindReceipt(*connection_, owned_->map(), "")->has_value());
+}
+
+TEST_F(ReceiptsTest, ManyAreFoundAtOnce) {
+  std::vector<TimedReceipt> receipts;
+  for (const char* id : {"a", "B", "c"}) receipts.push_back(*ReceiptOf(CommitWith(id, {5})));
+  ASSERT_TRUE(owned_
+                  ->Write([&](Pipeline& pipeline) {
+                    AddReceipts(pipeline, owned_->map(), receipts);
+                    return absl::OkStatus();
+                  })
+                  .ok());
+  const auto found =
+      FindReceipts(*connection_, owned_->map(), std::vector<std::string>{"c", "b", "a", "d"});
+  ASSERT_TRUE(found.ok()) << found.status();
+  EXPECT_THAT(*found, UnorderedElementsAre(Field(&Receipt::request_id, "a"),
+                                           Field(&Receipt::request_id, "c")));
 }
 
 TEST_F(ReceiptsTest, AnIdIsTakenOnceInAMap) {
