@@ -195,6 +195,19 @@ class StoredMap : public ReadableMap {
   // The receipt of an earlier request, also from before a restart; nullopt when there is none.
   virtual absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) = 0;
 
+  // The receipts of those of the requests that have one, in any order. Errors as FindReceipt. A
+  // store to which each question is a round trip answers all with one.
+  virtual absl::StatusOr<std::vector<Receipt>> FindReceipts(
+      absl::Span<const std::string> request_ids) {
+    std::vector<Receipt> receipts;
+    for (const std::string& request_id : request_ids) {
+      absl::StatusOr<std::optional<Receipt>> receipt = FindReceipt(request_id);
+      if (!receipt.ok()) return receipt.status();
+      if (*receipt) receipts.push_back(*std::move(*receipt));
+    }
+    return receipts;
+  }
+
   // Adds a mark durably, and forgets all but the newest of those with passed < `forget_before`. On
   // error nothing changes. REQUIRES: revision, commit_time, passed and lived are not before those
   // of earlier marks.

@@ -241,6 +241,23 @@ void GroupCommit::EndRun() {
   }
 }
 
+void GroupCommit::LookUpReceipts(absl::Span<const std::string> request_ids) {
+  absl::StatusOr<std::vector<storage::Receipt>> receipts = stored_->FindReceipts(request_ids);
+  if (!receipts.ok()) return;
+  for (const std::string& request_id : request_ids) looked_up_[request_id];
+  for (storage::Receipt& receipt : *receipts) {
+    std::string request_id = receipt.request_id;
+    looked_up_[std::move(request_id)] = std::move(receipt);
+  }
+}
+
+absl::StatusOr<std::optional<storage::Receipt>> GroupCommit::FindReceipt(
+    const std::string& request_id) const {
+  const auto known = looked_up_.find(request_id);
+  if (known != looked_up_.end()) return known->second;
+  return stored_->FindReceipt(request_id);
+}
+
 void GroupCommit::AddGuarded(const Origin& origin, absl::Time time, ReceiptCallback done,
                              JudgeFunction judge) {
   if (absl::Status wanted = CheckCancelled(); !wanted.ok()) {
@@ -248,8 +265,7 @@ void GroupCommit::AddGuarded(const Origin& origin, absl::Time time, ReceiptCallb
     return;
   }
   if (!origin.request_id.empty()) {
-    absl::StatusOr<std::optional<storage::Receipt>> earlier =
-        stored_->FindReceipt(origin.request_id);
+    absl::StatusOr<std::optional<storage::Receipt>> earlier = FindReceipt(origin.request_id);
     if (!earlier.ok()) {
       pending_.push_back(PendingReceipt{std::move(done), earlier.status(), false});
       return;

@@ -84,14 +84,18 @@ using VerdictsCallback =
 // Batches that only delete are never refused. Edits that fused layers make in reaction to others
 // are counted and not refused.
 //
-// Not thread safe. Use: Add..., Write, TakeCommits and publish snapshot(), CountContent,
-// Answer.
+// Not thread safe. Use: perhaps LookUpReceipts, then Add..., Write, TakeCommits and publish
+// snapshot(), CountContent, Answer.
 class GroupCommit {
  public:
   // `stored` and `fusion` must outlive this, and be at the revision of `base`. So must `content`,
   // which has the bytes of its content.
   GroupCommit(storage::StoredMap* stored, MapFusion* fusion, SnapshotPtr base, const Limits& limits,
               admission::ContentBudget::Share* content);
+
+  // Asks the store whether it has receipts of these requests, with one question instead of one in
+  // each Add. On error Add asks.
+  void LookUpReceipts(absl::Span<const std::string> request_ids);
 
   void Add(Submission submission, absl::Time time, ReceiptCallback done);
   void Add(FusionSubmission submission, absl::Time time, ReceiptCallback done);
@@ -178,6 +182,8 @@ class GroupCommit {
 
   // Makes a request's revision from tip_.
   using JudgeFunction = absl::FunctionRef<absl::StatusOr<Step>()>;
+  // The receipt that the store has of a request.
+  absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(const std::string& request_id) const;
   // Answers with the request's earlier receipt, or carries it out.
   void AddGuarded(const Origin& origin, absl::Time time, ReceiptCallback done, JudgeFunction judge);
   absl::StatusOr<storage::Receipt> Judge(const Origin& origin, absl::Time time,
@@ -203,10 +209,12 @@ class GroupCommit {
   int64_t taken_ = 0;
   SnapshotPtr tip_;  // the map after commits_
   std::vector<storage::Commit> commits_;
-  int64_t bytes_ = 0;  // of the changes of commits_
+  int64_t bytes_ = 0;             // of the changes of commits_
   std::vector<std::variant<PendingReceipt, PendingVerdicts>> pending_;  // in order of submission
   std::optional<Run> run_;
   std::optional<absl::Status> written_;
+  // What LookUpReceipts has found.
+  absl::flat_hash_map<std::string, std::optional<storage::Receipt>> looked_up_;
   // Receipts of commits_, which the store does not have yet.
   absl::flat_hash_map<std::string, storage::Receipt> by_request_id_;
 };

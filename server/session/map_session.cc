@@ -34,6 +34,9 @@ constexpr absl::Duration kExpiryRetry = absl::Seconds(1);
 // Number of groups that are written for each step of compaction while the queue never empties:
 // compaction must not fall behind for ever, and must not take much of the writer's time.
 constexpr int kGroupsPerCompactionStep = 8;
+// Number of submissions whose receipts are looked up with one question. A group may end before it
+// has taken them.
+constexpr size_t kLookedUpTogether = 100;
 // Time until a follower that could not read asks the store again.
 constexpr absl::Duration kFollowRetry = absl::Milliseconds(500);
 // Longest time that the writer folds late observations in advance before it looks for other work.
@@ -489,7 +492,11 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
     if (!is_broken_) KeepMark(time_.MarkBeforeCommit(snapshot()->revision));
     GroupCommit group(stored_.get(), fusion_.get(), snapshot(), options_.limits, &content_);
     const SteadyTime end_of_group = options_.executor->Now() + options_.max_group_time;
+    const size_t first = next;
     do {
+      if ((next - first) % kLookedUpTogether == 0) {
+        LookUpReceipts(absl::MakeConstSpan(submissions).subspan(next, kLookedUpTogether), &group);
+      }
       auto* observations =
           std::get_if<Queued<ObservationSubmission, VerdictsCallback>>(&submissions[next]);
       if (observations == nullptr || !SetAside(*observations)) {
@@ -504,6 +511,19 @@ void MapSession::Commit(std::vector<QueuedSubmission> submissions) {
              options_.executor->Now() < end_of_group);
     Finish(group);
   }
+}
+
+void MapSession::LookUpReceipts(absl::Span<const QueuedSubmission> submissions,
+                                GroupCommit* group) {
+  std::vector<std::string> request_ids;
+  for (const QueuedSubmission& queued : submissions) {
+    if (const auto* edit = std::get_if<Queued<Submission, ReceiptCallback>>(&queued)) {
+      request_ids.push_back(edit->submission.request_id);
+    }
+  }
+  std::erase(request_ids, "");
+  // A single one is asked for when its turn comes.
+  if (request_ids.size() > 1) group->LookUpReceipts(request_ids);
 }
 
 bool MapSession::SetAside(Queued<ObservationSubmission, VerdictsCallback>& queued) {

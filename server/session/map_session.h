@@ -241,6 +241,8 @@ class MapSession {
   std::optional<std::vector<QueuedSubmission>> TakeSubmissions();
   // Writes the submissions in groups. Runs the tasks that wait before each but the first.
   void Commit(std::vector<QueuedSubmission> submissions);
+  // Has the group look up the receipts of those of the submissions that are edits.
+  static void LookUpReceipts(absl::Span<const QueuedSubmission> submissions, GroupCommit* group);
   void RunTasks();
   // Returns whether the submission waits in late_ now, which has taken it.
   bool SetAside(Queued<ObservationSubmission, VerdictsCallback>& queued);

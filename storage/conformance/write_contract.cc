@@ -131,6 +131,13 @@ TEST_P(WriteContract, RequestsDifferByEveryByte) {
     EXPECT_EQ((*receipt)->request_id, ids[i]);
     EXPECT_EQ((*receipt)->revision, static_cast<Revision>(i + 1));
   }
+  std::vector<std::string> asked = ids;
+  asked.insert(asked.begin(), {"", "another request"});
+  const auto receipts = map_.stored->FindReceipts(asked);
+  ASSERT_TRUE(receipts.ok()) << receipts.status();
+  std::vector<std::string> found;
+  for (const Receipt& receipt : *receipts) found.push_back(receipt.request_id);
+  EXPECT_THAT(found, ::testing::UnorderedElementsAreArray(ids));
 }
 
 TEST_P(WriteContract, ReceiptKeepsAllIdsAndBytes) {

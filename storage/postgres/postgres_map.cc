@@ -103,6 +103,15 @@ absl::StatusOr<std::optional<Receipt>> PostgresMap::FindReceipt(absl::string_vie
   return receipt;
 }
 
+absl::StatusOr<std::vector<Receipt>> PostgresMap::FindReceipts(
+    absl::Span<const std::string> request_ids) {
+  HYPERMAP_ASSIGN_OR_RETURN(Connection* const connection, owned_->connection());
+  absl::StatusOr<std::vector<Receipt>> receipts =
+      postgres::FindReceipts(*connection, owned_->map(), request_ids);
+  if (!receipts.ok()) return InMap(receipts.status());
+  return receipts;
+}
+
 absl::StatusOr<MapPosition> PostgresMap::Position() {
   HYPERMAP_ASSIGN_OR_RETURN(Connection* const connection, owned_->connection());
   const absl::StatusOr<MapPosition> position = ReadPosition(connection, owned_->map());

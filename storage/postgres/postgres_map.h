@@ -52,6 +52,8 @@ class PostgresMap : public StoredMap {
   absl::Status ConfirmOwnership() override { return InMap(owned_->Confirm()); }
   absl::Status TryWrite() override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
+  absl::StatusOr<std::vector<Receipt>> FindReceipts(
+      absl::Span<const std::string> request_ids) override;
   absl::StatusOr<MapPosition> Position() override;
   absl::StatusOr<std::vector<TimedReceipt>> Receipts(absl::string_view after,
                                                      int max_count) override;
