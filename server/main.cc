@@ -191,8 +191,9 @@ absl::Status StartLog() {
   return absl::OkStatus();
 }
 
-SessionOptions MakeSessionOptions(const Limits& limits, const Budgets& budgets) {
+SessionOptions MakeSessionOptions(const Limits& limits, const Budgets& budgets, Answers* answers) {
   SessionOptions options;
+  options.answers = answers;
   options.content = budgets.content;
   options.feed.of_all = budgets.feeds;
   options.limits = limits;
@@ -324,9 +325,10 @@ absl::Status Serve(ShutdownSignals& signals) {
   ScratchFile::RemoveLeftOver(data_dir);
   // Calls that wait for a map's writer hold parts of the budgets, so that these outlive the maps.
   Budgets budgets(limits);
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Answers> answers, Answers::Start());
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<Site> site,
-      Site::Open(std::move(storage.store), MakeSessionOptions(limits, budgets)));
+      Site::Open(std::move(storage.store), MakeSessionOptions(limits, budgets, answers.get())));
   // Returns the memory that loading the maps needed for a while to the system.
   admission::ReturnFreedMemory();
   // From here on the allocator keeps freed memory: returning it and requesting it again would cost

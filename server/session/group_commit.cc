@@ -371,21 +371,31 @@ std::vector<FeedCommit> GroupCommit::TakeCommits() {
   return commits;
 }
 
-void GroupCommit::Answer() && {
-  for (auto& pending : pending_) {
-    if (auto* receipt = std::get_if<PendingReceipt>(&pending)) {
-      std::move(receipt->done)(std::move(receipt->answer));
-      continue;
-    }
-    auto& verdicts = std::get<PendingVerdicts>(pending);
-    if (verdicts.answer.ok()) {
-      // Observations that changed nothing, such as duplicates, are covered by the newest revision.
-      for (ObservationVerdict& verdict : *verdicts.answer) {
-        if (verdict.revision == 0) verdict.revision = tip_->revision;
-      }
-    }
-    std::move(verdicts.done)(std::move(verdicts.answer));
+std::vector<absl::AnyInvocable<void() &&>> GroupCommit::TakeAnswers() {
+  std::vector<absl::AnyInvocable<void() &&>> answers;
+  answers.reserve(pending_.size());
+  for (Pending& pending : pending_) {
+    answers.emplace_back([pending = std::move(pending), newest = tip_->revision]() mutable {
+      Answer(std::move(pending), newest);
+    });
   }
+  pending_.clear();
+  return answers;
+}
+
+void GroupCommit::Answer(Pending pending, Revision newest) {
+  if (auto* receipt = std::get_if<PendingReceipt>(&pending)) {
+    std::move(receipt->done)(std::move(receipt->answer));
+    return;
+  }
+  auto& verdicts = std::get<PendingVerdicts>(pending);
+  if (verdicts.answer.ok()) {
+    // Observations that changed nothing, such as duplicates, are covered by the newest revision.
+    for (ObservationVerdict& verdict : *verdicts.answer) {
+      if (verdict.revision == 0) verdict.revision = newest;
+    }
+  }
+  std::move(verdicts.done)(std::move(verdicts.answer));
 }
 
 }  // namespace hypermap::server

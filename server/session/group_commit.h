@@ -85,7 +85,7 @@ using VerdictsCallback =
 // are counted and not refused.
 //
 // Not thread safe. Use: perhaps LookUpReceipts, then Add..., Write, TakeCommits and publish
-// snapshot(), CountContent, Answer.
+// snapshot(), CountContent, TakeAnswers.
 class GroupCommit {
  public:
   // `stored` and `fusion` must outlive this, and be at the revision of `base`. So must `content`,
@@ -123,8 +123,9 @@ class GroupCommit {
   // new size of its content.
   void CountContent();
 
-  // Calls all callbacks, in the order of the submissions.
-  void Answer() &&;
+  // After TakeCommits: the calls of all callbacks, in the order of the submissions. They may
+  // outlive this. Call it once.
+  std::vector<absl::AnyInvocable<void() &&>> TakeAnswers();
 
  private:
   struct PendingReceipt {
@@ -139,6 +140,7 @@ class GroupCommit {
     VerdictsCallback done;
     absl::StatusOr<std::vector<ObservationVerdict>> answer;
   };
+  using Pending = std::variant<PendingReceipt, PendingVerdicts>;
   // Consecutive observations of a layer that are admitted and not folded yet.
   struct Run {
     std::string layer;
@@ -192,6 +194,8 @@ class GroupCommit {
   void EndRun();
   void Commit(Step step, const Origin& origin, absl::Time time);
   absl::Status WriteCommits();
+  // Calls the callback of a submission. `newest` is the newest stored revision.
+  static void Answer(Pending pending, Revision newest);
   // The error of a caller, if all callers that wait for the write have gone.
   absl::Status CheckWanted() const;
   // An error of the store as callers are told it.
@@ -210,7 +214,7 @@ class GroupCommit {
   SnapshotPtr tip_;  // the map after commits_
   std::vector<storage::Commit> commits_;
   int64_t bytes_ = 0;             // of the changes of commits_
-  std::vector<std::variant<PendingReceipt, PendingVerdicts>> pending_;  // in order of submission
+  std::vector<Pending> pending_;  // in order of submission
   std::optional<Run> run_;
   std::optional<absl::Status> written_;
   // What LookUpReceipts has found.

@@ -378,6 +378,7 @@ void MapSession::Close() {
     if (writer_) writer_->Wake();
   }
   if (writer_) writer_->Join();
+  FlushAnswers();
   history_.Close();
   fusion_.reset();
   if (follower_) follower_->Close();
@@ -593,10 +594,35 @@ void MapSession::Finish(GroupCommit& group) {
   evidence_.Add(fusion_->bytes() - evidence_.bytes());
   // Before the answers, so that a caller that has its answer finds the revision published.
   Publish(group.snapshot(), group.TakeCommits());
-  std::move(group).Answer();
+  Answer(group);
   // After the snapshot, so that a call that waited for a revision finds it published; and after the
   // answers, because many calls may wait.
   feed_.Wake();
+}
+
+bool MapSession::HasSubmissions() const {
+  const MutexLock lock(&queue_mutex_);
+  return !queue_.submissions.empty();
+}
+
+void MapSession::Answer(GroupCommit& group) {
+  std::vector<Answers::Give> answers = group.TakeAnswers();
+  auto next = answers.begin();
+  const auto may_answer = [&] {
+    return options_.answers == nullptr || (num_unanswered_ == 0 && !HasSubmissions());
+  };
+  for (; next != answers.end() && may_answer(); ++next) std::move (*next)();
+  if (next == answers.end()) return;
+  answers.erase(answers.begin(), next);
+  ++num_unanswered_;
+  options_.answers->Add([this, rest = std::move(answers)]() mutable {
+    for (Answers::Give& answer : rest) std::move(answer)();
+    --num_unanswered_;
+  });
+}
+
+void MapSession::FlushAnswers() {
+  if (options_.answers != nullptr) options_.answers->Flush();
 }
 
 void MapSession::Publish(const SnapshotPtr& snapshot, std::vector<FeedCommit> commits) {
@@ -682,6 +708,8 @@ void MapSession::RemoveExpired() {
   std::vector<QueuedSubmission> submissions;
   submissions.push_back(Queued<Submission, ReceiptCallback>{std::move(submission), done});
   Commit(std::move(submissions));
+  // What `done` uses is this thread's.
+  FlushAnswers();
 }
 
 }  // namespace hypermap::server

@@ -12,6 +12,7 @@
 #ifndef HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 #define HYPERMAP_SERVER_SESSION_MAP_SESSION_H_
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -36,6 +37,7 @@
 #include "map/snapshot.h"
 #include "server/fusion/map_fusion.h"
 #include "server/presence/map_robots.h"
+#include "server/session/answers.h"
 #include "server/session/change_feed.h"
 #include "server/session/compaction.h"
 #include "server/session/expiry.h"
@@ -71,6 +73,8 @@ struct SessionOptions {
   std::shared_ptr<ServerClock> clock = std::make_shared<ServerClock>();
   // The memory of the content of all maps, and its limit.
   std::shared_ptr<admission::ContentBudget> content = std::make_shared<admission::ContentBudget>();
+  // Gives answers while the writers have other work; must outlive them. Null: the writers do.
+  Answers* answers = nullptr;
 };
 
 class MapSession {
@@ -252,6 +256,12 @@ class MapSession {
   void RefuseLate();
   // Writes, publishes and answers a group.
   void Finish(GroupCommit& group);
+  bool HasSubmissions() const;
+  // Gives the answers of a group, after those of the groups before it: here, until there is other
+  // work for this thread, and the rest on another one.
+  void Answer(GroupCommit& group);
+  // Waits until all answers are given.
+  void FlushAnswers();
   // Stores the mark, if there is one. A failure is logged; the next commit needs another mark.
   void KeepMark(const std::optional<storage::TimeMark>& mark);
 
@@ -286,6 +296,7 @@ class MapSession {
   absl::Duration expire_not_before_ = -absl::InfiniteDuration();
   int groups_since_compaction_ = 0;
   bool is_broken_ = false;  // used by the writer's thread only: whether problem_ is set
+  std::atomic<int> num_unanswered_ = 0;   // groups whose answers are left to options_.answers
   std::optional<LateObservations> late_;  // used by the writer's thread only
   absl::Duration last_commit_took_;       // used by the writer's thread only
 

@@ -118,6 +118,34 @@ TEST_F(MapSessionTest, AnswersWhenTheBatchIsStoredAndVisible) {
   EXPECT_EQ(session_->snapshot()->revision, 2);
 }
 
+TEST_F(MapSessionTest, AnswersAreGivenInOrderWhileTheNextGroupIsWritten) {
+  const std::unique_ptr<Answers> answers = *Answers::Start();
+  SessionOptions options;
+  options.answers = answers.get();
+  Reopen(options);
+  const std::future<Answer> held = HoldWriter();
+  std::vector<int> order;  // used by one thread after another
+  std::promise<void> all_answered;
+  session_->Submit({PutCup(), "test", ""}, [&](const Answer&) {
+    order.push_back(1);
+    session_->Submit({PutCup(), "test", ""}, [&](const Answer&) {
+      order.push_back(3);
+      all_answered.set_value();
+    });
+  });
+  session_->Submit({PutCup(), "test", ""}, [&](const Answer&) {
+    // The writer, which writes it, must not wait here.
+    std::promise<void> written;
+    session_->feed().Await(4, [&] { written.set_value(); });
+    written.get_future().wait();
+    order.push_back(2);
+  });
+  disk_.Release();
+  all_answered.get_future().wait();
+  EXPECT_THAT(order, ElementsAre(1, 2, 3));
+  session_.reset();
+}
+
 TEST_F(MapSessionTest, AnswersBeforeItCallsThoseWhoWaitForTheRevision) {
   // Used by the writer's thread only, until `woken`.
   std::vector<std::string> order;
