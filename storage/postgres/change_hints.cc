@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
@@ -14,6 +15,9 @@ namespace hypermap::storage::postgres {
 namespace {
 
 constexpr absl::Duration kPauseAfterFailure = absl::Milliseconds(500);
+// Pause between two hints, so that many commits in a second don't cost a hint, and followers a
+// read, each.
+constexpr absl::Duration kPauseAfterHints = absl::Milliseconds(5);
 // How long this takes at most to notice that it is being destroyed.
 constexpr absl::Duration kWait = absl::Milliseconds(200);
 
@@ -75,7 +79,10 @@ void ChangeHints::SendUntilStopped() {
   while (true) {
     const std::set<std::string> maps = AwaitAnnouncements();
     if (maps.empty()) return;
-    if (Send(maps).ok()) continue;
+    if (Send(maps).ok()) {
+      absl::SleepFor(kPauseAfterHints);
+      continue;
+    }
     {
       const MutexLock lock(&mutex_);
       announced_.insert(maps.begin(), maps.end());

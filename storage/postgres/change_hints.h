@@ -18,9 +18,9 @@
 namespace hypermap::storage::postgres {
 
 // Hints go by NOTIFY, on connections of their own: a commit does not wait for them, and does not
-// take the lock that PostgreSQL has for all notifications. Those of many maps go together. What
-// could not be sent is sent again; a server whose own connection was lost hears of everything once
-// (a hint without a map). Thread safe.
+// take the lock that PostgreSQL has for all notifications. Those of many maps, and those of a few
+// milliseconds, go together. What could not be sent is sent again; a server whose own connection
+// was lost hears of everything once (a hint without a map). Thread safe.
 class ChangeHints {
  public:
   // Called with the name of a map, or an empty one when anything may have changed. Also for this
