@@ -39,7 +39,6 @@ class BareDatabase {
     void operator()(pg_conn* connection) const;
   };
   explicit BareDatabase(pg_conn* connection) : connection_(connection) {}
-  absl::Status Execute(const char* sql);
   absl::Status ReadMap();
   absl::Status ReadAnswers();
 

@@ -185,9 +185,11 @@ absl::Status AddFollowerRows(Bench& bench, SharedSite& shared) {
   HYPERMAP_ASSIGN_OR_RETURN(const auto owner, shared.StartOwner());
   {
     HYPERMAP_ASSIGN_OR_RETURN(const auto follower, shared.StartFollower());
+    {
+      HYPERMAP_ASSIGN_OR_RETURN(const auto single, StartHypermap(bench.options, folder));
+      HYPERMAP_RETURN_IF_ERROR(AddQueryRow(bench, shared.site(), *follower, *single));
+    }
     HYPERMAP_RETURN_IF_ERROR(AddLagRow(bench, shared, *owner, *follower));
-    HYPERMAP_ASSIGN_OR_RETURN(const auto single, StartHypermap(bench.options, folder));
-    HYPERMAP_RETURN_IF_ERROR(AddQueryRow(bench, shared.site(), *follower, *single));
   }
   return AddStartRow(bench, shared, folder);
 }
