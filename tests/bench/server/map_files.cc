@@ -100,7 +100,8 @@ absl::Status MakeGrid(const std::string& folder, int side) {
 absl::Status MakeSite(const std::string& folder, const GeneratedSite& site) {
   absl::StatusOr<std::unique_ptr<storage::MapStore>> store = storage::OpenGeoPackageStore(folder);
   HYPERMAP_RETURN_IF_ERROR(store.status());
-  return WriteSite(store->get(), site);
+  // One commit, which is the fastest way to load a map.
+  return WriteSite(store->get(), site, site.num_objects());
 }
 
 // Returns the folder from the cache, or generates it atomically.
@@ -150,12 +151,16 @@ storage::Commit CommitOfObjects(const GeneratedSite& site, int64_t first, int64_
   return commit;
 }
 
-absl::Status WriteSite(storage::MapStore* store, const GeneratedSite& site) {
+absl::Status WriteSite(storage::MapStore* store, const GeneratedSite& site, int64_t per_commit) {
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> map = CreateObjectsMap(store, kSiteMap);
   HYPERMAP_RETURN_IF_ERROR(map.status());
-  // One commit, which is the fastest way to load a map.
-  const storage::Commit commit = CommitOfObjects(site, 0, site.num_objects(), 2);
-  return (*map)->Write({&commit, 1});
+  Revision revision = 1;
+  for (int64_t first = 0; first < site.num_objects(); first += per_commit) {
+    const int64_t count = std::min(per_commit, site.num_objects() - first);
+    const storage::Commit commit = CommitOfObjects(site, first, count, ++revision);
+    HYPERMAP_RETURN_IF_ERROR((*map)->Write({&commit, 1}));
+  }
+  return absl::OkStatus();
 }
 
 BareRow ToBareRow(const SemanticObject& object) {

@@ -38,8 +38,8 @@ absl::StatusOr<std::unique_ptr<storage::StoredMap>> CreateObjectsMap(storage::Ma
 storage::Commit CommitOfObjects(const GeneratedSite& site, int64_t first, int64_t count,
                                 Revision revision);
 
-// Creates the map kSiteMap, which has the site's objects on kObjectsLayer.
-absl::Status WriteSite(storage::MapStore* store, const GeneratedSite& site);
+// Creates the map kSiteMap, which has the site's objects on kObjectsLayer, in commits of so many.
+absl::Status WriteSite(storage::MapStore* store, const GeneratedSite& site, int64_t per_commit);
 
 // The row that BareMap writes for an object.
 BareRow ToBareRow(const SemanticObject& object);

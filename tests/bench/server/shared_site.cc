@@ -22,6 +22,9 @@ using storage::postgres::Cluster;
 constexpr char kOwner[] = "b";
 constexpr char kFollower[] = "a";
 
+// A commit must not take the database so long that the store gives it up.
+constexpr int64_t kObjectsPerCommit = 50'000;
+
 constexpr char kGroups[] =
     "SELECT count(*) FROM hypermap.revisions WHERE revision > $1 "
     "GROUP BY xmin::text ORDER BY min(revision)";
@@ -61,7 +64,7 @@ absl::Status SharedSite::Fill() {
   {
     HYPERMAP_ASSIGN_OR_RETURN(const auto store,
                               storage::OpenPostgresStore({.target = served_, .server_id = kOwner}));
-    HYPERMAP_RETURN_IF_ERROR(WriteSite(store.get(), site_));
+    HYPERMAP_RETURN_IF_ERROR(WriteSite(store.get(), site_, kObjectsPerCommit));
   }
   {
     HYPERMAP_ASSIGN_OR_RETURN(const auto connection, ConnectTo(served_));
