@@ -156,22 +156,23 @@ absl::StatusOr<std::unique_ptr<MapSession>> Site::OpenFor(const Placement::Task&
   return MapSession::Follow(std::move(stored), task.owner_address, options_);
 }
 
-void Site::CloseWriter(const std::string& map) {
-  std::shared_ptr<MapSession> writer;
+void Site::CloseBroken(const std::string& map) {
+  std::shared_ptr<MapSession> broken;
   {
     const MutexLock lock(&mutex_);
     const auto found = maps_.find(map);
+    // One that works was made after the plan.
     if (found == maps_.end() || !found->second.session) return;
-    if (found->second.session->is_follower()) return;
-    writer = std::move(found->second.session);
+    if (found->second.session->problem().ok()) return;
+    broken = std::move(found->second.session);
     found->second = {map, nullptr, absl::UnavailableError("it is being opened again")};
   }
-  writer->Close();
+  broken->Close();
 }
 
 void Site::Replace(const Placement::Task& task) {
   // One that has lost the map still has it open.
-  if (task.action == Placement::Action::kOwn) CloseWriter(task.map);
+  CloseBroken(task.map);
   absl::StatusOr<std::unique_ptr<MapSession>> session = OpenFor(task);
   if (absl::IsNotFound(session.status())) return;
   std::shared_ptr<MapSession> before;
