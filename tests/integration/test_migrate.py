@@ -154,12 +154,12 @@ class Migrate(SiteTest):
         self.move(self.data_dir, self.database)
 
     def test_a_copy_that_was_changed_is_told(self):
-        self.make_fused(20)
+        self.make_fused(60)  # more than the observations make
         self.end_servers()
         self.move(self.data_dir, self.database)
         name = self.database.rsplit("/", 1)[1]
         self.psql(name, "UPDATE hypermap.receipts SET revision = revision - 1 "
-                        "WHERE request_id = 'edit 15'")
+                        f"WHERE request_id = '{self.last_edit['request_id']}'")
         told = self.migrate("--from", self.data_dir, "--to", self.database, "--verify_only",
                             code=NOT_EQUAL)["site"]
         self.assertEqual((told["state"], told["differing"]), ("differs", ["receipts"]))
