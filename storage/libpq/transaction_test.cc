@@ -122,12 +122,16 @@ class StandbyTest : public TransactionTest {
     ASSERT_EQ(admin->Execute("ALTER SYSTEM SET synchronous_standby_names = '" + name + "'"),
               absl::OkStatus());
     ASSERT_EQ(admin->Execute("SELECT pg_reload_conf()"), absl::OkStatus());
-    // The checkpointer tells the backends that there are standbys.
     ASSERT_TRUE(testing::Eventually([&] {
       auto rows = admin->Query("SHOW synchronous_standby_names");
       return rows.ok() && rows->Next() && rows->Text(0) == name;
     }));
-    ASSERT_EQ(admin->Execute("CHECKPOINT"), absl::OkStatus());
+    if (name.empty()) return;
+    // The checkpointer tells the backends that there are standbys, when it has read the setting,
+    // too.
+    ASSERT_TRUE(testing::Eventually([&] {
+      return !Connect()->Execute("SELECT pg_logical_emit_message(true, 'probe', '')").ok();
+    }));
   }
   // The commit was not reported as done, and takes place once the standbys are not waited for.
   void ExpectUnknown(const absl::Status& status) {
