@@ -12,8 +12,8 @@ from test_all_at_once import threads_of
 
 THREAD_NAMES = {
     "hm-listener", "hm-handover", "hm-timers", "hm-writer", "hm-questions", "hm-long-q",
-    "hm-watches", "hm-writes", "hm-long-writes", "hm-openings", "hm-files", "hm-uploads",
-    "hm-explorations"}
+    "hm-answers", "hm-watches", "hm-writes", "hm-long-writes", "hm-openings", "hm-files",
+    "hm-uploads", "hm-explorations"}
 
 
 class StartAndStop(SiteTest):
