@@ -36,12 +36,18 @@ absl::Status OpenOutbox(OutboxStage& stage) {
   return absl::OkStatus();
 }
 
+// The error of a step or a question when the last OpenOutbox has failed.
+absl::Status CheckOpen(const OutboxStage& stage) {
+  return stage.file ? absl::OkStatus() : absl::FailedPreconditionError("the outbox is not open");
+}
+
 storage::SendTime TimeOf(int seconds) {
   return {absl::FromUnixSeconds(1'700'000'000 + seconds), true, "boot", absl::Seconds(seconds)};
 }
 
 OutboxStep PutStep(const std::string& layer, const std::string& request) {
   return [=](OutboxStage& stage) -> absl::Status {
+    HYPERMAP_RETURN_IF_ERROR(CheckOpen(stage));
     HYPERMAP_ASSIGN_OR_RETURN(const storage::OutboxStream stream,
                               stage.file->FindStream("site", layer, layer.empty() ? "" : "robot"));
     storage::QueuedRequest queued;
@@ -56,6 +62,7 @@ OutboxStep PutStep(const std::string& layer, const std::string& request) {
 
 absl::StatusOr<std::vector<storage::QueuedRequest>> Queue(OutboxStage& stage,
                                                           const std::string& layer, int count) {
+  HYPERMAP_RETURN_IF_ERROR(CheckOpen(stage));
   HYPERMAP_ASSIGN_OR_RETURN(const storage::OutboxStream stream,
                             stage.file->FindStream("site", layer, layer.empty() ? "" : "robot"));
   return stage.file->First(stream.id, count);
@@ -73,7 +80,8 @@ OutboxStep SendStep(const std::string& layer, int count, int seconds) {
 // The first request of a stream is delivered, and the second one refused. Requests are named by
 // their ids, so that a step that is tried again settles the same ones.
 OutboxStep SettleStep(int64_t delivered, int64_t refused) {
-  return [=](OutboxStage& stage) {
+  return [=](OutboxStage& stage) -> absl::Status {
+    HYPERMAP_RETURN_IF_ERROR(CheckOpen(stage));
     const storage::ServerRefusal refusal{refused, absl::InvalidArgumentError("no such layer")};
     return stage.file->Settle({&delivered, 1}, {&refusal, 1});
   };
@@ -89,6 +97,7 @@ std::string TextOf(const storage::QueuedRequest& request) {
 }
 
 absl::StatusOr<Description> DescribeOutbox(OutboxStage& stage) {
+  HYPERMAP_RETURN_IF_ERROR(CheckOpen(stage));
   Description description;
   HYPERMAP_ASSIGN_OR_RETURN(const auto streams, stage.file->Streams());
   for (const storage::OutboxStream& stream : streams) {
@@ -117,8 +126,14 @@ ScenarioPtr Outbox() {
   script.steps.push_back(SendStep("things", 2, 2));
   script.steps.push_back(SettleStep(1, 2));
   script.steps.push_back(SettleStep(5, 6));
-  script.steps.emplace_back([](OutboxStage& stage) { return stage.file->PutBack(2); });
-  script.steps.emplace_back([](OutboxStage& stage) { return stage.file->Discard(6); });
+  script.steps.emplace_back([](OutboxStage& stage) -> absl::Status {
+    HYPERMAP_RETURN_IF_ERROR(CheckOpen(stage));
+    return stage.file->PutBack(2);
+  });
+  script.steps.emplace_back([](OutboxStage& stage) -> absl::Status {
+    HYPERMAP_RETURN_IF_ERROR(CheckOpen(stage));
+    return stage.file->Discard(6);
+  });
   script.steps.emplace_back(OpenOutbox);
   script.steps.push_back(PutStep("", "edit 5"));
   script.answers = DescribeOutbox;
