@@ -5,10 +5,12 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "base/status/status_macros.h"
 #include "map/frames/frame_tree.h"
 
 namespace hypermap::storage {
 
+// In the order in which stores select them.
 struct FrameColumns {
   std::string child_frame_id;
   std::string parent_frame_id;
@@ -19,6 +21,15 @@ struct FrameColumns {
 
 // Adds a transform to the frames. DATA_LOSS if it is not finite; errors of FrameTree::Set.
 absl::Status AddFrame(const FrameColumns& columns, FrameTree* frames);
+
+// The same for a row of any store that has these columns. Also the errors of reading them.
+template <typename Row>
+absl::Status AddFrameOf(Row* row, FrameTree* frames) {
+  const FrameColumns columns{std::string(row->Text(0)), std::string(row->Text(1)), row->Double(2),
+                             row->Double(3), row->Double(4)};
+  HYPERMAP_RETURN_IF_ERROR(row->row_status());
+  return AddFrame(columns, frames);
+}
 
 }  // namespace hypermap::storage
 

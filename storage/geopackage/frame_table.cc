@@ -1,26 +1,10 @@
 #include "storage/geopackage/frame_table.h"
 
-#include <string>
-
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "storage/encoding/frame_columns.h"
 
 namespace hypermap::storage {
-namespace {
-
-absl::Status AddRow(Statement* row, FrameTree* frames) {
-  FrameColumns columns;
-  columns.child_frame_id = std::string(row->Text(0));
-  columns.parent_frame_id = std::string(row->Text(1));
-  columns.x = row->Double(2);
-  columns.y = row->Double(3);
-  columns.yaw = row->Double(4);
-  HYPERMAP_RETURN_IF_ERROR(row->row_status());
-  return AddFrame(columns, frames);
-}
-
-}  // namespace
 
 absl::Status PutTransform(Database* database, const FrameTransform& transform) {
   const PlanarTransform& t = transform.parent_from_child;
@@ -45,7 +29,7 @@ absl::StatusOr<FrameTree> ReadFrameRows(Statement* select, const char* table) {
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select->Step());
     if (!has_row) return frames;
-    if (absl::Status status = AddRow(select, &frames); !status.ok()) {
+    if (absl::Status status = AddFrameOf(select, &frames); !status.ok()) {
       return absl::DataLossError(
           absl::StrCat(table, ", frame ", select->Text(0), ": ", status.message()));
     }

@@ -59,17 +59,6 @@ absl::StatusOr<StoredLayer> ReadNamedLayerRow(Rows* row) {
       absl::StrCat("hypermap.lineages, lineage ", lineage, ": ", layer.status().message()));
 }
 
-absl::Status AddRow(Rows* row, FrameTree* frames) {
-  FrameColumns columns;
-  columns.child_frame_id = std::string(row->Text(0));
-  columns.parent_frame_id = std::string(row->Text(1));
-  columns.x = row->Double(2);
-  columns.y = row->Double(3);
-  columns.yaw = row->Double(4);
-  HYPERMAP_RETURN_IF_ERROR(row->row_status());
-  return AddFrame(columns, frames);
-}
-
 }  // namespace
 
 absl::StatusOr<std::vector<LayerAt>> ReadLayersAt(Connection& connection, int64_t map,
@@ -106,7 +95,7 @@ absl::StatusOr<FrameTree> ReadFramesAt(Connection& connection, int64_t map, Revi
   HYPERMAP_ASSIGN_OR_RETURN(Rows rows, connection.Query(kFramesAt, map, revision));
   FrameTree frames;
   while (rows.Next()) {
-    if (absl::Status status = AddRow(&rows, &frames); !status.ok()) {
+    if (absl::Status status = AddFrameOf(&rows, &frames); !status.ok()) {
       return absl::DataLossError(
           absl::StrCat("hypermap.frame_versions, frame ", rows.Text(0), ": ", status.message()));
     }
