@@ -142,6 +142,9 @@ absl::Status CheckFlags(const std::vector<char*>& positional) {
     return absl::InvalidArgumentError("--data_dir is missing");
   }
   HYPERMAP_RETURN_IF_ERROR(CheckStore(absl::GetFlag(FLAGS_store)));
+  if (!absl::GetFlag(FLAGS_store_readers).empty() && absl::GetFlag(FLAGS_store).empty()) {
+    return absl::InvalidArgumentError("--store_readers needs --store");
+  }
   HYPERMAP_RETURN_IF_ERROR(tls::CheckAuthorities("--peer_ca", absl::GetFlag(FLAGS_peer_ca)));
   if (!absl::GetFlag(FLAGS_peer_certificates).empty() &&
       absl::GetFlag(FLAGS_tls_client_ca).empty()) {
