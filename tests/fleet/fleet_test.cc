@@ -101,13 +101,16 @@ class FleetTest : public ::testing::Test {
     return (*session)->SubmitAndWait({batch, "tester", request_id});
   }
 
-  // Runs a statement in the database, without any server.
-  void Execute(const std::string& statement) const {
+  // A connection to the database, without any server.
+  std::unique_ptr<storage::postgres::Connection> Connect() const {
     storage::postgres::ConnectOptions options;
     options.target = database_;
-    const auto connection = storage::postgres::Connection::Open(options);
-    ASSERT_TRUE(connection.ok()) << connection.status();
-    const absl::Status status = (*connection)->Execute(statement);
+    auto connection = storage::postgres::Connection::Open(options);
+    EXPECT_TRUE(connection.ok()) << connection.status();
+    return *std::move(connection);
+  }
+  void Execute(const std::string& statement) const {
+    const absl::Status status = Connect()->Execute(statement);
     ASSERT_TRUE(status.ok()) << status;
   }
 
@@ -274,16 +277,10 @@ TEST_F(FleetTest, MapOfASiteThatClosesIsTakenOver) {
 
 TEST_F(FleetTest, ASurveyTellsHowLongLeasesLast) {
   const auto site = OpenSite("a");
-  storage::postgres::ConnectOptions options;
-  options.target = database_;
-  const auto connection = storage::postgres::Connection::Open(options);
-  ASSERT_TRUE(connection.ok()) << connection.status();
-  ASSERT_TRUE(
-      (*connection)
-          ->Execute("INSERT INTO hypermap.servers (id, address, session, lease_until) VALUES "
-                    "('gone', '', 1, now() - interval '1 second'), "
-                    "('long', '', 1, now() + interval '1 hour')")
-          .ok());
+  Execute(
+      "INSERT INTO hypermap.servers (id, address, session, lease_until) VALUES "
+      "('gone', '', 1, now() - interval '1 second'), "
+      "('long', '', 1, now() + interval '1 hour')");
   const absl::StatusOr<storage::Survey> survey = site->TakeSurvey();
   ASSERT_TRUE(survey.ok()) << survey.status();
   ASSERT_EQ(survey->servers.size(), 2u);
@@ -304,16 +301,10 @@ TEST_F(FleetTest, MapsOfASiteThatDiesAreTakenOver) {
   const auto other = OpenSite("b");
   AwaitMap(*other, absl::StrCat("map-", kMaps - 1));
   // Both of them follow a third server, which renews its lease no more.
-  storage::postgres::ConnectOptions options;
-  options.target = database_;
-  const auto connection = storage::postgres::Connection::Open(options);
-  ASSERT_TRUE(connection.ok()) << connection.status();
-  ASSERT_TRUE(
-      (*connection)
-          ->Execute("INSERT INTO hypermap.servers (id, address, session, lease_until) VALUES "
-                    "('c', 'c:1', 1, clock_timestamp() + interval '3 seconds'); "
-                    "UPDATE hypermap.maps SET owner = 'c', epoch = epoch + 1")
-          .ok());
+  Execute(
+      "INSERT INTO hypermap.servers (id, address, session, lease_until) VALUES "
+      "('c', 'c:1', 1, clock_timestamp() + interval '3 seconds'); "
+      "UPDATE hypermap.maps SET owner = 'c', epoch = epoch + 1");
   EXPECT_TRUE(Await([&] {
     int owned = 0;
     for (int i = 0; i < kMaps; ++i) {
@@ -321,7 +312,7 @@ TEST_F(FleetTest, MapsOfASiteThatDiesAreTakenOver) {
       owned += IsOwner(*site, map) != IsOwner(*other, map) ? 1 : 0;
     }
     const auto written =
-        (*connection)->QueryInt64("SELECT count(*) FROM hypermap.maps WHERE owner <> 'c'");
+        Connect()->QueryInt64("SELECT count(*) FROM hypermap.maps WHERE owner <> 'c'");
     return owned == kMaps && written.ok() && *written == kMaps;
   }));
 }
