@@ -175,7 +175,8 @@ void Site::Replace(const Placement::Task& task) {
   CloseBroken(task.map);
   absl::StatusOr<std::unique_ptr<MapSession>> session = OpenFor(task);
   if (absl::IsNotFound(session.status())) return;
-  const bool is_owned = session.ok() && task.action == Placement::Action::kOwn;
+  // Before the map is shown as owned.
+  if (session.ok() && task.action == Placement::Action::kOwn) placement_meters_.AddTakeover();
   std::shared_ptr<MapSession> before;
   {
     const MutexLock lock(&mutex_);
@@ -189,7 +190,6 @@ void Site::Replace(const Placement::Task& task) {
   }
   logging::Log(logging::Level::kInfo, "map is placed",
                {{"map", task.map}, {"action", NameOf(task.action)}, {"owner", task.owner_address}});
-  if (is_owned) placement_meters_.AddTakeover();
   placement_meters_.ForgetLag(task.map);
   // Writes what waits, and gives the map back.
   if (before) before->Close();
