@@ -148,7 +148,7 @@ absl::Status Cluster::StartOnce() {
   std::vector<std::string> command = {absl::StrCat(kPrograms, "postgres"), "-D", kData};
   std::vector<std::string> settings = {"listen_addresses=127.0.0.1", absl::StrCat("port=", port_),
                                        absl::StrCat("unix_socket_directories=", folder_->path()),
-                                       "max_connections=100", "shared_buffers=32MB",
+                                       "max_connections=300", "shared_buffers=32MB",
                                        "max_wal_size=128MB", "autovacuum=off", "lc_messages=C",
                                        // Its shared memory is in the folder, and goes with it.
                                        "dynamic_shared_memory_type=mmap"};
