@@ -76,7 +76,8 @@ install(TARGETS hypermap COMPONENT client)
 hypermap_documents(hypermap 1 client)
 install(PROGRAMS demo/run.sh DESTINATION ${share}/hypermap/demo COMPONENT client)
 install(DIRECTORY demo/office DESTINATION ${share}/hypermap/demo COMPONENT client)
-install(TARGETS hypermap_cancellation hypermap_client hypermap_containers hypermap_edits hypermap_metering
+install(TARGETS hypermap_cancellation hypermap_client hypermap_containers hypermap_content_digest
+    hypermap_digest hypermap_edits hypermap_metering
     hypermap_exploration hypermap_frames hypermap_geometry hypermap_grid hypermap_identity hypermap_images hypermap_layers hypermap_limits hypermap_map
     hypermap_objects hypermap_observations hypermap_proto hypermap_query hypermap_robot_reports hypermap_status
     hypermap_sync hypermap_tls hypermap_values hypermap_watch hypermap_wire

@@ -17,30 +17,51 @@ bool IsAllUnknown(const Tile& tile) {
   return true;
 }
 
+SetDigest DigestOfObject(const SemanticObject& object) {
+  DigestWriter writer;
+  writer.Add(&object);
+  return std::move(writer).FinishElement();
+}
+
+SetDigest DigestOfTile(const Tile& tile) {
+  DigestWriter writer;
+  writer.Add(&tile);
+  return std::move(writer).FinishElement();
+}
+
+std::string DigestOf(const LayerSpec& spec, int64_t num_objects, const SetDigest& objects) {
+  DigestWriter writer;
+  writer.Add(spec);
+  writer.Add(num_objects);
+  writer.Add(objects);
+  return std::move(writer).Finish();
+}
+
 }  // namespace
 
 std::vector<std::string> DifferingParts(const ContentDigest& a, const ContentDigest& b) {
   std::vector<std::string> parts;
   for (const auto& [layer, digest] : a.layers) {
+    if (digest.empty()) continue;
     const auto other = b.layers.find(layer);
-    if (other == b.layers.end() || other->second != digest) parts.push_back(layer);
+    const bool is_equal =
+        other != b.layers.end() && (other->second.empty() || other->second == digest);
+    if (!is_equal) parts.push_back(layer);
   }
   for (const auto& [layer, digest] : b.layers) {
-    if (!a.layers.contains(layer)) parts.push_back(layer);
+    if (!digest.empty() && !a.layers.contains(layer)) parts.push_back(layer);
   }
   if (a.frames != b.frames) parts.emplace_back("frames");
   return parts;
 }
 
 std::string DigestOf(const LayerSpec& spec, absl::Span<const ObjectPtr> objects) {
-  DigestWriter writer;
-  writer.Add(spec);
-  writer.Add(objects.size());
+  SetDigest digest;
   for (const ObjectPtr& object : objects) {
     if (IsCancelled()) break;
-    writer.Add(object.get());
+    digest.Add(DigestOfObject(*object));
   }
-  return std::move(writer).Finish();
+  return DigestOf(spec, static_cast<int64_t>(objects.size()), digest);
 }
 
 std::string DigestOf(const LayerSpec& spec, const CellBox& extent, const TileMap& tiles) {
@@ -52,14 +73,14 @@ std::string DigestOf(const LayerSpec& spec, const CellBox& extent, const TileMap
     if (IsAllUnknown(*tile)) continue;
     writer.Add(index.row);
     writer.Add(index.col);
-    writer.Add(tile.get());
+    writer.Add(tile->Digest(DigestOfTile));
   }
   return std::move(writer).Finish();
 }
 
 std::string DigestOf(const Layer& layer) {
   if (const SemanticLayer* const semantic = AsSemantic(&layer)) {
-    return DigestOf(layer.spec(), semantic->Objects());
+    return DigestOf(layer.spec(), semantic->Size(), semantic->DigestOfObjects(DigestOfObject));
   }
   const auto& grid = static_cast<const GridLayer&>(layer);
   return DigestOf(layer.spec(), grid.extent(), grid.tiles());
@@ -74,6 +95,7 @@ std::string DigestOf(const FrameTree& frames) {
 ContentDigest DigestOf(const Snapshot& snapshot) {
   ContentDigest digest{.revision = snapshot.revision, .frames = DigestOf(snapshot.frames)};
   for (const auto& [name, layer] : snapshot.layers) digest.layers[name] = DigestOf(*layer);
+  for (const auto& [name, damaged] : snapshot.damaged) digest.layers[name] = "";
   return digest;
 }
 

@@ -19,22 +19,22 @@ namespace hypermap {
 struct ContentDigest {
   Revision revision = 0;
   std::string frames;
-  std::map<std::string, std::string> layers;  // by name; damaged layers are left out
+  std::map<std::string, std::string> layers;  // by name; empty: the layer can't be read
 };
 
-// The layers that differ, or that only one of them has; then "frames" if these differ. REQUIRES:
-// both are of the same revision of a map.
+// The layers that differ, or that only one of them has; then "frames" if these differ. Layers that
+// one of them can't read are left out. REQUIRES: both are of the same revision of a map.
 std::vector<std::string> DifferingParts(const ContentDigest& a, const ContentDigest& b);
 
-// The digest of a layer that has these objects, sorted by id, or these tiles. Tiles of which all
+// The digest of a layer that has these objects, in any order, or these tiles. Tiles of which all
 // cells are unknown don't count.
 std::string DigestOf(const LayerSpec& spec, absl::Span<const ObjectPtr> objects);
 std::string DigestOf(const LayerSpec& spec, const CellBox& extent, const TileMap& tiles);
 std::string DigestOf(const Layer& layer);
 std::string DigestOf(const FrameTree& frames);
 
-// Reads the whole snapshot: 0.3 s for a million small objects. Incomplete if the work is
-// cancelled.
+// Incremental: objects and tiles that it shares with a snapshot whose digest was asked for before
+// are not read again. Incomplete if the work is cancelled.
 ContentDigest DigestOf(const Snapshot& snapshot);
 
 }  // namespace hypermap

@@ -3,13 +3,18 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <map>
 #include <memory>
 #include <optional>
+#include <random>
 #include <utility>
 #include <vector>
 
+#include "absl/container/btree_map.h"
 #include "map/layers/layer_registry.h"
 #include "map/layers/semantic_layer.h"
+#include "tests/support/random_map.h"
 
 namespace hypermap {
 namespace {
@@ -95,6 +100,33 @@ TEST(ContentDigestTest, SpecificationOfALayerCounts) {
   const std::string before = DigestOf(spec, {});
   spec.aliases.insert_or_assign("seat", {"chair"});
   EXPECT_NE(DigestOf(spec, {}), before);
+}
+
+TEST(ContentDigestTest, ObjectsCountHoweverTheyCameAbout) {
+  testing::Rng rng(7);
+  std::map<ObjectId, ObjectPtr> model;
+  auto layer = std::make_shared<const SemanticLayer>(SemanticSpec());
+  for (int step = 0; step < 3000; ++step) {
+    absl::btree_map<ObjectId, ObjectPtr> changes;
+    // Now and then many at once, so that runs of all sizes are made and merged.
+    const int num_changes = step % 100 == 0 ? 200 : 1;
+    for (int i = 0; i < num_changes; ++i) {
+      SemanticObject object = testing::RandomObject(rng, {0, 0}, 1);
+      object.id = std::uniform_int_distribution<ObjectId>(1, 400)(rng);
+      const bool is_removed = std::bernoulli_distribution(0.3)(rng);
+      changes[object.id] = is_removed ? nullptr : std::make_shared<const SemanticObject>(object);
+    }
+    layer = layer->With(changes);
+    for (const auto& [id, object] : changes) model[id] = object;
+    if (step % 7 != 0) continue;
+    std::vector<ObjectPtr> objects;
+    for (const auto& [id, object] : model) {
+      if (object) objects.push_back(object);
+    }
+    ASSERT_EQ(DigestOf(*layer), DigestOf(layer->spec(), objects)) << step;
+    std::shuffle(objects.begin(), objects.end(), rng);
+    ASSERT_EQ(DigestOf(*layer), DigestOf(layer->spec(), objects)) << step;
+  }
 }
 
 TEST(ContentDigestTest, CellsCountHoweverTheyCameAbout) {

@@ -147,4 +147,8 @@ std::string DigestWriter::Finish() && {
   return absl::BytesToHexString(std::move(digest_).Finish());
 }
 
+SetDigest DigestWriter::FinishElement() && {
+  return SetDigest::OfElement(std::move(digest_).Finish());
+}
+
 }  // namespace hypermap

@@ -8,6 +8,7 @@
 
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
+#include "base/digest/set_digest.h"
 #include "base/digest/sha256.h"
 #include "map/frames/frame_tree.h"
 #include "map/grid/grid_geometry.h"
@@ -32,9 +33,12 @@ class DigestWriter {
   void Add(const LayerSpec& spec);
   void Add(const CellBox& cells);
   void Add(const FrameTree& frames);
+  void Add(const SetDigest& set) { digest_.Add(set.Bytes()); }
 
   // The SHA-256 of all that was added, as hexadecimal digits.
   std::string Finish() &&;
+  // What was added as an element of a set.
+  SetDigest FinishElement() &&;
 
  private:
   void AddInt(int64_t number);

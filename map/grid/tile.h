@@ -7,6 +7,7 @@
 #include <limits>
 #include <memory>
 
+#include "base/digest/set_digest.h"
 #include "map/grid/grid_geometry.h"
 
 namespace hypermap {
@@ -74,6 +75,12 @@ class Tile {
   // false if they differ only in the sign of a zero or in the bits of a NaN.
   bool HasSameCells(int32_t row_in_tile, int32_t other_row, int32_t begin, int32_t end) const;
 
+  // The digest of the cells by `digest_of`, which must always be the same function: what it returns
+  // is kept.
+  SetDigest Digest(SetDigest (*digest_of)(const Tile&)) const {
+    return digest_.Get([&] { return digest_of(*this); });
+  }
+
   // Prefetches the columns begin <= col < end of a row.
   void Prefetch(int32_t row_in_tile, int32_t begin, int32_t end) const;
 
@@ -98,6 +105,7 @@ class Tile {
 
   const CellCode* const codes_;
   const uint8_t* const bytes_;
+  KeptDigest digest_;
 };
 
 inline int32_t FloorDiv(int32_t a, int32_t b) { return a / b - (a % b < 0 ? 1 : 0); }

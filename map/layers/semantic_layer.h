@@ -34,6 +34,8 @@ class SemanticLayer : public Layer {
   ObjectPtr Find(ObjectId id) const;
   // Returns all objects, sorted by id.
   std::vector<ObjectPtr> Objects() const { return index_->Objects(); }
+  // Returns the digest of the set of all objects (ObjectIndex::Digest).
+  SetDigest DigestOfObjects(ObjectDigest digest_of) const { return index_->Digest(digest_of); }
 
   Box Bounds() const override { return index_->bounds(); }
   int64_t Size() const override { return index_->size(); }

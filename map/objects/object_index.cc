@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/container/inlined_vector.h"
 #include "base/cancellation/cancellation.h"
 #include "map/objects/prefetch.h"
@@ -233,6 +234,25 @@ std::vector<ObjectPtr> ObjectIndex::Objects() const {
     if (entry.object) objects.push_back(std::move(entry.object));
   }
   return objects;
+}
+
+SetDigest ObjectIndex::Digest(ObjectDigest digest_of) const {
+  SetDigest digest;
+  absl::flat_hash_set<ObjectId> newer;  // of the entries that are newer than those of the run
+  for (const Change& change : recent_) {
+    newer.insert(change.id);
+    if (change.object) digest.Add(digest_of(*change.object));
+  }
+  for (size_t i = runs_.size(); i-- > 0;) {
+    const ObjectRun& run = *runs_[i].run;
+    digest.Add(run.Digest(digest_of));
+    for (const ObjectId id : newer) {
+      const int hidden = run.IndexOf(id);
+      if (hidden >= 0 && run.object(hidden)) digest.Remove(digest_of(*run.object(hidden)));
+    }
+    for (size_t entry = 0; i > 0 && entry < run.size(); ++entry) newer.insert(run.id(entry));
+  }
+  return digest;
 }
 
 // Collects the candidates that a run's index finds, refines them in groups, so that the waits for

@@ -11,6 +11,7 @@
 #include "absl/container/btree_map.h"
 #include "absl/functional/function_ref.h"
 #include "absl/types/span.h"
+#include "base/digest/set_digest.h"
 #include "map/objects/object_run.h"
 
 namespace hypermap {
@@ -47,6 +48,10 @@ class ObjectIndex {
   const ObjectPtr* Find(ObjectId id) const;
   // Returns all objects, sorted by id.
   std::vector<ObjectPtr> Objects() const;
+
+  // The digest of the set of all objects. What is shared with an earlier version, of which it was
+  // asked for before, is not read again.
+  SetDigest Digest(ObjectDigest digest_of) const;
 
   // Visits each object whose bounding box intersects `box`, in no particular order.
   void VisitBox(const Box& box, ObjectVisitor visit) const;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
+#include "base/cancellation/cancellation.h"
 #include "map/values/value_query.h"
 
 namespace hypermap {
@@ -101,7 +102,8 @@ double Reach(const Box& box, int side) {
   }
 }
 
-ObjectRun::ObjectRun(std::vector<ObjectEntry> entries) {
+ObjectRun::ObjectRun(std::vector<ObjectEntry> entries)
+    : digests_((entries.size() + kDigestBlock - 1) / kDigestBlock) {
   if (entries.empty()) return;
   first_id_ = entries.front().id;
   const bool has_gaps = entries.back().id - first_id_ != static_cast<ObjectId>(entries.size()) - 1;
@@ -208,6 +210,21 @@ void ObjectRun::FindFarthest(absl::Span<const Box> boxes, int side) {
                     std::greater<>());
   farthest_[side].reserve(keep);
   for (size_t i = 0; i < keep; ++i) farthest_[side].push_back(found[i].second);
+}
+
+SetDigest ObjectRun::Digest(ObjectDigest digest_of) const {
+  SetDigest digest;
+  for (size_t block = 0; block < digests_.size() && !IsCancelled(); ++block) {
+    digest.Add(digests_[block].Get([&] {
+      SetDigest of_block;
+      const size_t end = std::min(size(), (block + 1) * kDigestBlock);
+      for (size_t i = block * kDigestBlock; i < end; ++i) {
+        if (objects_[i]) of_block.Add(digest_of(*objects_[i]));
+      }
+      return of_block;
+    }));
+  }
+  return digest;
 }
 
 }  // namespace hypermap

@@ -9,6 +9,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/types/span.h"
+#include "base/digest/set_digest.h"
 #include "map/objects/box_grid.h"
 #include "map/objects/packed_rtree.h"
 #include "map/objects/semantic_object.h"
@@ -27,6 +28,10 @@ std::vector<ObjectEntry> Merge(std::vector<ObjectEntry> newer, std::vector<Objec
 
 // The kind of word to search for.
 enum class WordKind { kLabel, kTag };
+
+// The digest of an object, for digests of sets of objects. It must always be the same function, as
+// what it returns is kept.
+using ObjectDigest = SetDigest (*)(const SemanticObject&);
 
 // The number of sides of a box: min x, min y, max x, max y, in this order.
 constexpr int kNumSides = 4;
@@ -57,6 +62,8 @@ class ObjectRun {
 
   // The smallest box around all objects.
   const Box& bounds() const { return bounds_; }
+  // The digest of all objects. Reads them the first time only. Incomplete if the work is cancelled.
+  SetDigest Digest(ObjectDigest digest_of) const;
   // Numbers of the objects that reach farthest to a side, the farthest first.
   absl::Span<const int32_t> Farthest(int side) const { return farthest_[side]; }
   // Returns whether Farthest(side) contains every object that has a bounding box.
@@ -64,6 +71,8 @@ class ObjectRun {
 
  private:
   using WordIndex = absl::flat_hash_map<std::string, PackedRTree>;
+  static constexpr size_t kDigestBlock = 4096;
+
   void IndexWords(absl::Span<const Box> boxes);
   void FindFarthest(absl::Span<const Box> boxes, int side);
 
@@ -76,6 +85,7 @@ class ObjectRun {
   Box bounds_;
   size_t num_placed_ = 0;  // Number of objects that have a bounding box.
   std::array<std::vector<int32_t>, kNumSides> farthest_;
+  std::vector<KeptDigest> digests_;  // of kDigestBlock objects each
 };
 
 }  // namespace hypermap

@@ -92,8 +92,8 @@ ROOMS = {
     "map/geometry": pure("base/cancellation", hidden={"geos"}),
     "map/values": pure("base/containers"),
     "map/frames": pure("base/containers", "map/geometry"),
-    "map/grid": pure("base/cancellation", "map/frames", "map/geometry", "map/values"),
-    "map/objects": pure("base/cancellation", "map/geometry", "map/values"),
+    "map/grid": pure("base/cancellation", "base/digest", "map/frames", "map/geometry", "map/values"),
+    "map/objects": pure("base/cancellation", "base/digest", "map/geometry", "map/values"),
     "map/layers": pure(
         "base/cancellation", "map/geometry", "map/grid", "map/objects", "map/values",
     ),
@@ -135,7 +135,7 @@ ROOMS = {
     # grpc: the only mapping between absl::Status and grpc::Status.
     "wire": Room(
         ["base/cancellation", "base/identity", "base/limits", "base/status", "base/sync", "map",
-         "map/edits",
+         "map/digest", "map/edits",
          "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
          "map/observations", "map/query", "map/robots", "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
@@ -242,7 +242,7 @@ ROOMS = {
     ),
     "server/services": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging",
-         "base/metering", "base/status", "base/sync", "base/tls", "map", "map/layers",
+         "base/metering", "base/status", "base/sync", "base/tls", "map", "map/digest", "map/layers",
          "map/observations", "map/query", "map/robots", "map/values", "proto", "server/auth",
          "server/exploration", "server/forward", "server/fusion", "server/presence", "server/rpc",
          "server/session", "server/watch", "storage/interchange", "wire", "wire/health", "wire/reflection"],
@@ -298,7 +298,7 @@ ROOMS = {
     ),
 
     "client_libs/cpp": Room(
-        ["base/identity", "base/status", "base/sync", "base/tls", "map", "map/edits",
+        ["base/identity", "base/status", "base/sync", "base/tls", "map", "map/digest", "map/edits",
          "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
          "map/query", "map/robots", "map/watch", "proto", "wire"],
@@ -312,7 +312,7 @@ ROOMS = {
     ),
     # The robot's own copy of a map. The client itself does not depend on a database.
     "client_libs/cpp/replica": Room(
-        ["base/limits", "base/status", "base/sync", "client_libs/cpp", "map", "map/edits",
+        ["base/limits", "base/status", "base/sync", "client_libs/cpp", "map", "map/digest", "map/edits",
          "map/geometry", "map/grid", "map/layers", "map/query", "map/values", "map/watch",
          "storage", "storage/geopackage"],
         {"absl"},

@@ -1,0 +1,64 @@
+// The digest of a set, which is kept up to date as the set changes.
+#ifndef HYPERMAP_BASE_DIGEST_SET_DIGEST_H_
+#define HYPERMAP_BASE_DIGEST_SET_DIGEST_H_
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "absl/strings/string_view.h"
+
+namespace hypermap {
+
+// The sum, modulo 2^256, of the SHA-256 digests of the elements of a set (AdHash; Bellare and
+// Micciancio, "A new paradigm for collision-free hashing", EUROCRYPT 1997). It does not depend on
+// the order in which they are added, and an element that is removed leaves nothing behind.
+class SetDigest {
+ public:
+  // Of the empty set.
+  SetDigest() = default;
+  // Of one element. REQUIRES: these are the 32 bytes that Sha256::Finish returns for it.
+  static SetDigest OfElement(absl::string_view sha256);
+
+  // REQUIRES: the two sets have no element in common.
+  void Add(const SetDigest& other);
+  // REQUIRES: this set has all elements of the other.
+  void Remove(const SetDigest& other);
+
+  // 32 bytes.
+  std::string Bytes() const;
+
+  friend bool operator==(const SetDigest&, const SetDigest&) = default;
+
+ private:
+  std::array<uint64_t, 4> sum_{};  // the least significant part first
+};
+
+// Keeps the digest of something immutable from the first time that it is asked for. Thread safe;
+// never waits.
+class KeptDigest {
+ public:
+  // `compute` returns a SetDigest, each time the same. Several threads may call it at once.
+  template <typename Compute>
+  SetDigest Get(Compute compute) const {
+    if (state_.load(std::memory_order_acquire) == State::kKept) return digest_;
+    const SetDigest computed = compute();
+    State before = State::kNone;
+    if (state_.compare_exchange_strong(before, State::kBeingKept)) {
+      digest_ = computed;
+      state_.store(State::kKept, std::memory_order_release);
+    }
+    return computed;
+  }
+
+ private:
+  enum class State : uint8_t { kNone, kBeingKept, kKept };
+
+  mutable std::atomic<State> state_{State::kNone};
+  mutable SetDigest digest_;  // written once, by the thread that took state_ to kBeingKept
+};
+
+}  // namespace hypermap
+
+#endif  // HYPERMAP_BASE_DIGEST_SET_DIGEST_H_
