@@ -48,6 +48,28 @@ void EncodeFinding(const Finding& finding, v1::Finding* message) {
   message->set_can_be_rebuilt(finding.can_be_rebuilt);
 }
 
+void EncodeContentDigest(const ContentDigest& digest,
+                         const std::map<std::string, Revision, std::less<>>& layer_versions,
+                         v1::DigestMapResponse* message) {
+  message->set_revision(digest.revision);
+  message->set_frames_digest(digest.frames);
+  for (const auto& [name, of_layer] : digest.layers) {
+    v1::LayerDigest* const layer = message->add_layers();
+    layer->set_layer(name);
+    layer->set_digest(of_layer);
+    const auto version = layer_versions.find(name);
+    if (version != layer_versions.end()) layer->set_version(version->second);
+  }
+}
+
+ContentDigest DecodeContentDigest(const v1::DigestMapResponse& message) {
+  ContentDigest digest{.revision = message.revision(), .frames = message.frames_digest()};
+  for (const v1::LayerDigest& layer : message.layers()) {
+    digest.layers[layer.layer()] = layer.digest();
+  }
+  return digest;
+}
+
 CheckReport DecodeCheckReport(const v1::CheckMapResponse& message) {
   CheckReport report{message.revision(), {}, message.more()};
   for (const v1::Finding& finding : message.findings()) {

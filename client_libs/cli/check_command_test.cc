@@ -1,4 +1,5 @@
-// check and restore as whole command lines. What a check finds is tested beside storage/geopackage.
+// check, digest and restore as whole command lines. What a check finds is tested beside
+// storage/geopackage.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -58,6 +59,29 @@ TEST(CheckCommandTest, WhatCannotBeCheckedHasExitCode2) {
   script.status = grpc::Status(grpc::StatusCode::NOT_FOUND, "no such map");
   ScriptedServer server(script);
   EXPECT_EQ(RunOn(server, {"check", "office"}).exit_code, kNotChecked);
+}
+
+TEST(DigestCommandTest, DigestsOfLayersAreShownWithTheirRevision) {
+  Script script;
+  script.digest.set_map("office");
+  script.digest.set_revision(7);
+  script.digest.set_incarnation(9);
+  script.digest.set_frames_digest("f00d");
+  v1::LayerDigest& layer = *script.digest.add_layers();
+  layer.set_layer("things");
+  layer.set_digest("beef");
+  layer.set_version(5);
+  script.digest.add_layers()->set_layer("unreadable");
+  ScriptedServer server(script);
+  const Outcome table = RunOn(server, {"digest", "office"});
+  EXPECT_EQ(table.exit_code, kExitOk) << table.err;
+  EXPECT_THAT(table.out, HasSubstr("things               5  beef"));
+  EXPECT_THAT(table.out, HasSubstr("unreadable           0  -"));
+  EXPECT_THAT(table.out, HasSubstr("office: revision 7, incarnation 9"));
+  const Outcome json = RunOn(server, {"--json", "digest", "office"});
+  EXPECT_THAT(json.out, HasSubstr(R"("layers":{"things":"beef","unreadable":""})"));
+  EXPECT_THAT(json.out, HasSubstr(R"("frames":"f00d")"));
+  EXPECT_THAT(server.Requests(), Contains(R"(DigestMap map: "office")"));
 }
 
 TEST(RestoreCommandTest, SendsTheFileUnderItsName) {

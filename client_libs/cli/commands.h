@@ -49,6 +49,9 @@ void AddMigrateCommand(CLI::App& app, Command& selected);
 // Adds check.
 void AddCheckCommand(CLI::App& app, Command& selected);
 
+// Adds digest.
+void AddDigestCommand(CLI::App& app, Command& selected);
+
 // Adds query point, points, area, value, nearest.
 void AddQueryCommands(CLI::App& app, Command& selected);
 

@@ -308,6 +308,14 @@ class JsonOutput : public Output {
     Print({{"checked", std::move(list)}});
   }
 
+  void Show(const client::DigestAnswer& answer) override {
+    Print({{"map", answer.map},
+           {"revision", answer.digest.revision},
+           {"incarnation", absl::StrCat(answer.incarnation)},
+           {"layers", answer.digest.layers},
+           {"frames", answer.digest.frames}});
+  }
+
   void Show(const CreatedToken& token) override {
     Json json = {{"identity", token.identity}, {"token_id", token.id}, {"token", token.text}};
     SetExpiry(token.expires, &json);

@@ -135,6 +135,7 @@ class Output {
   virtual void Show(const client::CallerAnswer& caller) = 0;
   virtual void Show(const client::ServerList& list) = 0;
   virtual void Show(const std::vector<CheckedMap>& maps) = 0;
+  virtual void Show(const client::DigestAnswer& answer) = 0;
   virtual void Show(const std::vector<MigratedMap>& maps) = 0;
   // A table prints nothing but the token, so that a script can take it.
   virtual void Show(const CreatedToken& token) = 0;

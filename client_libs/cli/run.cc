@@ -110,6 +110,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddCatalogCommands(app, command);
   AddTransferCommands(app, command);
   AddCheckCommand(app, command);
+  AddDigestCommand(app, command);
   AddMigrateCommand(app, command);
   AddQueryCommands(app, command);
   AddWatchCommands(app, command);

@@ -179,6 +179,20 @@ class TableOutput : public Output {
     }
   }
 
+  void Show(const client::DigestAnswer& answer) override {
+    TextTable table({"LAYER", "CHANGED AT", "DIGEST"});
+    for (const auto& [layer, digest] : answer.digest.layers) {
+      const auto version = answer.layer_versions.find(layer);
+      table.AddRow({layer,
+                    version == answer.layer_versions.end() ? "-" : absl::StrCat(version->second),
+                    digest.empty() ? "-" : digest});
+    }
+    if (!table.empty()) table.Print(out_);
+    out_ << "frames: " << answer.digest.frames << '\n'
+         << answer.map << ": revision " << answer.digest.revision << ", incarnation "
+         << answer.incarnation << '\n';
+  }
+
   void Show(const std::vector<MigratedMap>& maps) override {
     TextTable table({"MAP", "REVISIONS", "OBJECTS", "OBSERVATIONS", "DIGESTS", "STATE"});
     for (const MigratedMap& map : maps) {

@@ -3,12 +3,14 @@
 #define HYPERMAP_CLIENT_LIBS_CPP_ANSWERS_H_
 
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
 #include "absl/time/time.h"
 #include "base/identity/role.h"
 #include "map/check_report.h"
+#include "map/digest/content_digest.h"
 #include "map/entries.h"
 #include "map/frames/frame_tree.h"
 #include "map/objects/semantic_object.h"
@@ -36,6 +38,15 @@ struct CallerAnswer {
   std::vector<std::string> maps;    // patterns of the maps for which it has the role
   std::vector<std::string> robots;  // patterns of the robots, besides itself, that it may act for
   absl::Time expires = absl::InfiniteFuture();  // of its token
+};
+
+// What the server shows of a map at a revision, as digests.
+struct DigestAnswer {
+  std::string map;
+  ContentDigest digest;
+  // By layer: the newest revision that changed the layer or its content.
+  std::map<std::string, Revision> layer_versions;
+  uint64_t incarnation = 0;  // of the map to which the revision belongs
 };
 
 struct LayerList {

@@ -162,6 +162,9 @@ class Client {
   ByteReader BackupMap(const std::string& map, const CallOptions& options = {});
   // Checks the stored map as a whole. What is wrong is the answer, not an error.
   absl::StatusOr<CheckReport> CheckMap(const std::string& map, const CallOptions& options = {});
+  // Digests of the newest revision that the server shows. Those of the same revision of an
+  // incarnation are the same at each server, and of each full copy (map/digest).
+  absl::StatusOr<DigestAnswer> DigestMap(const std::string& map, const CallOptions& options = {});
   // Makes a backup a map, in place of the one of that name if `replace`. `backup` is read to its
   // end, from its beginning at each attempt.
   absl::StatusOr<MapEntry> RestoreMap(const std::string& map, std::istream& backup, bool replace,

@@ -1,4 +1,4 @@
-// File calls of Client: import, export, backup, check, restoration.
+// File calls of Client: import, export, backup, check, digest, restoration.
 #include <algorithm>
 #include <istream>
 #include <memory>
@@ -157,6 +157,20 @@ absl::StatusOr<CheckReport> Client::CheckMap(const std::string& map, const CallO
       connection_->Call(&v1::CatalogService::Stub::CheckMap, request, options);
   if (!response.ok()) return response.status();
   return wire::DecodeCheckReport(*response);
+}
+
+absl::StatusOr<DigestAnswer> Client::DigestMap(const std::string& map, const CallOptions& options) {
+  v1::DigestMapRequest request;
+  request.set_map(map);
+  const absl::StatusOr<v1::DigestMapResponse> response =
+      connection_->Call(&v1::CatalogService::Stub::DigestMap, request, options);
+  if (!response.ok()) return response.status();
+  DigestAnswer answer{
+      response->map(), wire::DecodeContentDigest(*response), {}, response->incarnation()};
+  for (const v1::LayerDigest& layer : response->layers()) {
+    answer.layer_versions[layer.layer()] = layer.version();
+  }
+  return answer;
 }
 
 absl::StatusOr<MapEntry> Client::RestoreMap(const std::string& map, std::istream& backup,

@@ -189,6 +189,13 @@ class ScriptedServer::Catalog : public v1::CatalogService::Service {
     return server_.script_.status;
   }
 
+  grpc::Status DigestMap(grpc::ServerContext*, const v1::DigestMapRequest* request,
+                         v1::DigestMapResponse* response) override {
+    if (server_.Note("DigestMap", *request)) return kOutage;
+    *response = server_.script_.digest;
+    return server_.script_.status;
+  }
+
   grpc::Status RestoreMap(grpc::ServerContext*, grpc::ServerReader<v1::RestoreMapRequest>* reader,
                           v1::RestoreMapResponse* response) override {
     bool out = false;

@@ -51,6 +51,7 @@ struct Script {
   std::vector<v1::ExportMapResponse> export_parts;
   std::vector<std::string> backup_pieces;
   v1::CheckMapResponse check;
+  v1::DigestMapResponse digest;
   v1::QueryPointResponse point;
   int64_t revision = 1;
   std::vector<v1::LayerPart> parts;

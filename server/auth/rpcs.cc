@@ -27,6 +27,7 @@ constexpr RpcInfo kRpcs[] = {
     {Rpc::kCreateMap, kCatalogService, "CreateMap", Role::kAdmin, By::kOwner},
     {Rpc::kDeleteLayer, kCatalogService, "DeleteLayer", Role::kEditor, By::kOwner},
     {Rpc::kDeleteMap, kCatalogService, "DeleteMap", Role::kAdmin, By::kOwner},
+    {Rpc::kDigestMap, kCatalogService, "DigestMap", Role::kReader, By::kAnyServer},
     {Rpc::kExportMap, kCatalogService, "ExportMap", Role::kReader, By::kAnyServer},
     {Rpc::kGetLayer, kCatalogService, "GetLayer", Role::kReader, By::kAnyServer},
     {Rpc::kGetMap, kCatalogService, "GetMap", Role::kReader, By::kAnyServer},

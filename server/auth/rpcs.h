@@ -20,6 +20,7 @@ enum class Rpc {
   kCreateMap,
   kDeleteLayer,
   kDeleteMap,
+  kDigestMap,
   kExportMap,
   kGetLayer,
   kGetMap,

@@ -5,8 +5,10 @@
 #include <utility>
 #include <vector>
 
+#include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "map/check_report.h"
+#include "map/digest/content_digest.h"
 #include "map/layers/layer_registry.h"
 #include "server/rpc/call_context.h"
 #include "server/rpc/map_message.h"
@@ -310,6 +312,27 @@ grpc::ServerUnaryReactor* CatalogService::CheckMap(grpc::CallbackServerContext* 
     }
     return answer->findings_size();
   });
+}
+
+grpc::ServerUnaryReactor* CatalogService::DigestMap(grpc::CallbackServerContext* context,
+                                                    const grpc::ByteBuffer* request,
+                                                    grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::DigestMapRequest, v1::DigestMapResponse>(
+      facilities_.for_calls(), context, Rpc::kDigestMap, {request, response});
+  return AnswerOn(&facilities_.workers->long_questions, call,
+                  [this, call]() -> absl::StatusOr<int64_t> {
+                    const std::string& map = call->request().map();
+                    HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                                              FindMap(facilities_, map));
+                    const SnapshotPtr snapshot = session->snapshot();
+                    const ContentDigest digest = DigestOf(*snapshot);
+                    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+                    v1::DigestMapResponse* const answer = call->response();
+                    answer->set_map(map);
+                    answer->set_incarnation(session->incarnation());
+                    wire::EncodeContentDigest(digest, snapshot->layer_versions, answer);
+                    return answer->layers_size();
+                  });
 }
 
 grpc::ServerReadReactor<grpc::ByteBuffer>* CatalogService::RestoreMap(

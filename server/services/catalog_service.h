@@ -30,9 +30,10 @@ class CatalogService
                                                           WithRawCallbackMethod_BackupMap<
                                                               v1::CatalogService::WithRawCallbackMethod_CheckMap<
                                                                   v1::CatalogService::
-                                                                      WithRawCallbackMethod_RestoreMap<
-                                                                          v1::CatalogService::
-                                                                              CallbackService>>>>>>>>>>>>>>> {
+                                                                      WithRawCallbackMethod_DigestMap<
+                                                                          v1::CatalogService::WithRawCallbackMethod_RestoreMap<
+                                                                              v1::CatalogService::
+                                                                                  CallbackService>>>>>>>>>>>>>>>> {
  public:
   explicit CatalogService(const Facilities& facilities) : facilities_(facilities) {}
 
@@ -75,6 +76,9 @@ class CatalogService
   grpc::ServerUnaryReactor* CheckMap(grpc::CallbackServerContext* context,
                                      const grpc::ByteBuffer* request,
                                      grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* DigestMap(grpc::CallbackServerContext* context,
+                                      const grpc::ByteBuffer* request,
+                                      grpc::ByteBuffer* response) override;
   grpc::ServerReadReactor<grpc::ByteBuffer>* RestoreMap(grpc::CallbackServerContext* context,
                                                         grpc::ByteBuffer* response) override;
 

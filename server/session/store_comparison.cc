@@ -30,7 +30,7 @@ absl::StatusOr<ContentDigest> DigestInStore(storage::ReadableMap& stored, const 
   const MapStructure& structure = *past->structure();
   ContentDigest digest{.revision = shown.revision, .frames = hypermap::DigestOf(structure.frames)};
   for (const auto& [name, layer] : structure.layers) {
-    if (shown.damaged.contains(name)) continue;
+    if (shown.damaged.contains(name)) continue;  // it is damaged in the store as well
     HYPERMAP_ASSIGN_OR_RETURN(digest.layers[name], DigestOf(*past, layer));
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   }

@@ -18,7 +18,7 @@ READER, ROBOT, EDITOR, ADMIN = ROLES = ("reader", "robot", "editor", "admin")
 # The role that each rpc needs. An rpc that is missing here fails the test.
 NEEDED = {
     "GetCaller": READER,
-    "BackupMap": ADMIN, "CheckMap": ADMIN, "RestoreMap": ADMIN, "CreateLayer": EDITOR,
+    "BackupMap": ADMIN, "CheckMap": ADMIN, "DigestMap": READER, "RestoreMap": ADMIN, "CreateLayer": EDITOR,
     "CreateMap": ADMIN, "DeleteLayer": EDITOR,
     "DeleteMap": ADMIN, "ExportMap": READER, "GetLayer": READER, "GetMap": READER,
     "ImportMap": ADMIN, "ListLayers": READER, "ListMaps": READER,

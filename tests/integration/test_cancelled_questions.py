@@ -22,6 +22,7 @@ NOT_CANCELLED = {
     "GetMap": "reads numbers that are kept up to date",
     "ListMaps": "as GetMap, for each map of at most some thousand",
     "DeleteMap": "waits for the map's writer, then renames and removes files, to the end",
+    "DigestMap": "what it has read is kept, and it ends between blocks of some thousand objects",
     "RestoreMap": "its check of the file is that of CheckMap; then it replaces a map, to the end",
     "CreateLayer": "one edit, of a request that is at most 4 MiB",
     "DeleteLayer": "one edit, whose tables SQLite drops in single statements, to the end",

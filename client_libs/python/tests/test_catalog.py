@@ -261,3 +261,19 @@ def test_findings_of_a_check() -> None:
             report = client.check_map("m")
     assert report == CheckReport("m", 4, (Finding("things", "id 7", "no shape", True),), 2, 9)
     assert not report.is_intact
+
+
+def test_digests_tell_layers_apart(client: Client, site: str) -> None:
+    client.create_layer(site, LayerSpec(name="things", kind=LayerKind.SEMANTIC))
+    before = client.digest_map(site)
+    now = client.get_map(site)
+    assert (before.map, before.revision, before.incarnation) == (site, now.revision, now.incarnation)
+    assert list(before.layers) == ["things"]
+    assert client.digest_map(site) == before
+    client.create_layer(site, LayerSpec(name="others", kind=LayerKind.SEMANTIC))
+    after = client.digest_map(site)
+    assert after.layers["things"] == before.layers["things"]
+    assert after.layers["others"] != before.layers["things"]
+    assert after.frames == before.frames
+    with pytest.raises(NotFound, match="nowhere"):
+        client.digest_map("nowhere")

@@ -36,7 +36,15 @@ from .answers import (
     PointsAnswer,
     PointsContent,
 )
-from .catalog import CheckReport, Finding, LayerList, MapEntry, MapState, TransformList
+from .catalog import (
+    CheckReport,
+    Finding,
+    LayerList,
+    MapDigest,
+    MapEntry,
+    MapState,
+    TransformList,
+)
 from .changes import Change, ChangeKind, Difference, Revision, RevisionList, WatchEvent
 from .credentials import Tls
 from .edits import (
@@ -166,6 +174,7 @@ __all__ = [
     "LayerProperties",
     "LayerRefusal",
     "LayerSpec",
+    "MapDigest",
     "MapEntry",
     "MapObject",
     "MapState",

@@ -57,6 +57,7 @@ IMPORT_MAP = _rpc("CatalogService", catalog.ImportMapRequest, catalog.ImportMapR
 EXPORT_MAP = _rpc("CatalogService", catalog.ExportMapRequest, catalog.ExportMapResponse)
 BACKUP_MAP = _rpc("CatalogService", catalog.BackupMapRequest, catalog.BackupMapResponse)
 CHECK_MAP = _rpc("CatalogService", catalog.CheckMapRequest, catalog.CheckMapResponse)
+DIGEST_MAP = _rpc("CatalogService", catalog.DigestMapRequest, catalog.DigestMapResponse)
 RESTORE_MAP = _rpc("CatalogService", catalog.RestoreMapRequest, catalog.RestoreMapResponse)
 
 QUERY_POINT = _rpc("QueryService", query.QueryPointRequest, query.QueryPointResponse)

@@ -122,3 +122,19 @@ class CheckReport:
     def is_intact(self) -> bool:
         """Whether the check found no problem."""
         return not self.findings
+
+
+@dataclass(frozen=True, slots=True)
+class MapDigest:
+    """Digests of what a server shows of a map at a revision.
+
+    layers: by name, 64 hexadecimal digits of SHA-256; empty if the layer can't be read.
+    frames: the digest of the transforms between frames.
+    incarnation: the incarnation of the map to which the revision belongs, see MapEntry.
+    """
+
+    map: str
+    revision: int
+    layers: dict[str, str]
+    frames: str
+    incarnation: int = 0

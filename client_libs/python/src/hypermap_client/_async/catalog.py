@@ -9,12 +9,12 @@ from .. import _rpc as rpc
 from .._files import AtomicFile, FileChunks, FileLike, Path, format_of, read_files
 from .._proto import catalog_service_pb2 as pb
 from .._requests import Layers, names_of, new_request_id
-from .._wire.catalog import decode_check_report, decode_map
+from .._wire.catalog import decode_check_report, decode_digest, decode_map
 from .._wire.enums import encode_enum
 from .._wire.geometry import decode_transform, encode_transform
 from .._wire.interchange import CHUNK_BYTES, RestoreRequests, collect_export, import_requests
 from .._wire.layers import decode_layer, encode_layer
-from ..catalog import CheckReport, LayerList, MapEntry, TransformList
+from ..catalog import CheckReport, LayerList, MapDigest, MapEntry, TransformList
 from ..geometry import Pose, Transform
 from ..interchange import ExportAnswer, FileFormat, ImportAnswer
 from ..layers import Layer, LayerSpec
@@ -277,6 +277,14 @@ class Catalog(Connection):
         """
         request = pb.CheckMapRequest(map=map_name)
         return decode_check_report(await self._call(rpc.CHECK_MAP, request, timeout))
+
+    async def digest_map(self, map_name: str, *, timeout: float | None = None) -> MapDigest:
+        """Returns digests of what the server shows of a map at its newest revision.
+
+        Those of the same revision and incarnation are the same at each server.
+        """
+        request = pb.DigestMapRequest(map=map_name)
+        return decode_digest(await self._call(rpc.DIGEST_MAP, request, timeout))
 
     async def restore_map(
         self,

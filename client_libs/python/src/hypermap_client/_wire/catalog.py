@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from .._proto import catalog_service_pb2 as pb
-from ..catalog import CheckReport, Finding, MapEntry, MapState
+from ..catalog import CheckReport, Finding, MapDigest, MapEntry, MapState
 from .time import decode_time
 
 
@@ -33,3 +33,10 @@ def decode_check_report(message: pb.CheckMapResponse) -> CheckReport:
         for found in message.findings
     )
     return CheckReport(message.map, message.revision, findings, message.more, message.incarnation)
+
+
+def decode_digest(message: pb.DigestMapResponse) -> MapDigest:
+    layers = {layer.layer: layer.digest for layer in message.layers}
+    return MapDigest(
+        message.map, message.revision, layers, message.frames_digest, message.incarnation
+    )
