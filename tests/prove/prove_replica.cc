@@ -27,7 +27,9 @@ absl::Status MakeLayers(client::Client client) {
 }
 
 absl::StatusOr<std::unique_ptr<client::Replica>> OpenReplica(Site& site) {
-  return client::Replica::Open(site.NewClient(), {.map = kMap, .folder = site.folder() + "/robot"});
+  return client::Replica::Open(
+      site.NewClient(),
+      {.map = kMap, .folder = site.folder() + "/robot", .compare_every = absl::Seconds(1)});
 }
 
 // Queries, and the server's answers before it was stopped.
@@ -297,6 +299,17 @@ absl::Status ComeBack(Site& site, const Sizes& sizes, const std::string& file,
   return status;
 }
 
+// The state once the replica has compared itself with the server, or after a minute.
+client::ReplicaState AfterComparison(const client::Replica& replica) {
+  const absl::Time deadline = absl::Now() + absl::Minutes(1);
+  client::ReplicaState state = replica.state();
+  while (state.num_equal + state.num_different == 0 && absl::Now() < deadline) {
+    absl::SleepFor(absl::Milliseconds(10));
+    state = replica.state();
+  }
+  return state;
+}
+
 }  // namespace
 
 absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes) {
@@ -320,13 +333,15 @@ absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes) {
   HYPERMAP_RETURN_IF_ERROR(status);
   const absl::StatusOr<Comparison> after = Compare(site, *examination, **replica);
   HYPERMAP_RETURN_IF_ERROR(after.status());
+  const client::ReplicaState digests = AfterComparison(**replica);
   client::Client client = site.NewClient();
   const absl::StatusOr<Arrived> arrived = CheckArrived(client, sizes, begin, delivered);
   HYPERMAP_RETURN_IF_ERROR(arrived.status());
 
   const bool holds = offline->all_right(sizes.queries) && !stale.connected &&
                      after->marks.all_right(sizes.queries) && after->same && arrived->all_right() &&
-                     delivered.put_lost == 0 && delivered.told_otherwise == 0;
+                     delivered.put_lost == 0 && delivered.told_otherwise == 0 &&
+                     digests.num_equal > 0 && digests.num_different == 0;
   return Verdict{{"proof", "replica"},
                  {"seed", sizes.seed},
                  {"edits", site.model().num_edits()},
@@ -341,8 +356,10 @@ absl::StatusOr<Verdict> ProveReplica(Site& site, const Sizes& sizes) {
                  {"unlike_server_after", after->marks.unlike_server},
                  {"unlike_model_after", after->marks.unlike_model},
                  {"replica_equals_server", after->same},
-                 {"resumed", (*replica)->state().num_resumed},
-                 {"taken_anew", (*replica)->state().num_taken_anew},
+                 {"digests_equal", digests.num_equal},
+                 {"digests_different", digests.num_different},
+                 {"resumed", digests.num_resumed},
+                 {"taken_anew", digests.num_taken_anew},
                  {"queued_edits", NumEdits(sizes.queued)},
                  {"queued_observations", sizes.queued - NumEdits(sizes.queued)},
                  {"outbox_kills", delivered.kills},

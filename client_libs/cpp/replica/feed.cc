@@ -40,6 +40,12 @@ Feed::Standing Feed::standing() const {
   return standing_;
 }
 
+void Feed::TakeAnew() {
+  const MutexLock lock(&mutex_);
+  must_take_anew_ = true;
+  if (watcher_) watcher_->Cancel();
+}
+
 void Feed::AwaitFirst() const {
   const MutexLock lock(&mutex_);
   while (!tried_) changed_.Wait(&mutex_);
@@ -57,11 +63,13 @@ void Feed::Run() {
 
 absl::Status Feed::Follow() {
   opened_at_ = absl::Now();
+  const bool takes_anew = MustTakeAnew();
+  if (takes_anew) cursor_.StartAnew();
   Watcher watcher = client_.Replicate(options_.map, cursor_.BeginCall());
   {
     const MutexLock lock(&mutex_);
     watcher_ = &watcher;
-    if (closing_) watcher.Cancel();
+    if (closing_ || must_take_anew_ != takes_anew) watcher.Cancel();
   }
   absl::Status status;
   while (status.ok()) {
@@ -76,6 +84,11 @@ absl::Status Feed::Follow() {
   const MutexLock lock(&mutex_);
   watcher_ = nullptr;
   return status;
+}
+
+bool Feed::MustTakeAnew() const {
+  const MutexLock lock(&mutex_);
+  return must_take_anew_;
 }
 
 absl::Status Feed::Take(const WatchEvent& event) {
@@ -94,7 +107,10 @@ void Feed::NoteEvent(const FeedCursor::Step& step) {
   const MutexLock lock(&mutex_);
   standing_.connected = true;
   standing_.problem = absl::OkStatus();
-  if (step.taken_anew) ++standing_.num_taken_anew;
+  if (step.taken_anew) {
+    ++standing_.num_taken_anew;
+    must_take_anew_ = false;
+  }
   if (step.resumed) ++standing_.num_resumed;
   if (step.caught_up) standing_.newest_at = step.is_first ? opened_at_ : absl::Now();
 }

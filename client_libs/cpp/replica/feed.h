@@ -42,6 +42,8 @@ class Feed {
   // Must be called once.
   void Start();
   Standing standing() const;
+  // Fetches the map again, as the copy is not what the server has.
+  void TakeAnew();
   // Waits until the first attempt has delivered a revision or failed.
   void AwaitFirst() const;
 
@@ -49,6 +51,7 @@ class Feed {
   void Run();
   // Runs one call to its end, and returns the reason for that.
   absl::Status Follow();
+  bool MustTakeAnew() const;
   absl::Status Take(const WatchEvent& event);
   void NoteEvent(const FeedCursor::Step& step);
   void NoteEnd(const absl::Status& why);
@@ -68,6 +71,8 @@ class Feed {
   Standing standing_ ABSL_GUARDED_BY(mutex_);
   // The first attempt has delivered a revision or failed.
   bool tried_ ABSL_GUARDED_BY(mutex_) = false;
+  // TakeAnew was called, and no snapshot has come since.
+  bool must_take_anew_ ABSL_GUARDED_BY(mutex_) = false;
   Watcher* watcher_ ABSL_GUARDED_BY(mutex_) = nullptr;  // of the current call
   bool closing_ ABSL_GUARDED_BY(mutex_) = false;
 

@@ -27,6 +27,9 @@ class FeedCursor {
   // `known`: the revision to resume from, if any.
   FeedCursor(const ReplicaOptions& options, std::optional<KnownRevision> known);
 
+  // Makes the next call begin with a snapshot.
+  void StartAnew() { starts_anew_ = true; }
+
   // Begins a call; returns its options.
   ReplicateOptions BeginCall();
 
@@ -51,7 +54,7 @@ class FeedCursor {
  private:
   const ReplicaOptions options_;
   std::optional<KnownRevision> known_;
-  bool starts_anew_ = false;     // the server can't go on from known_
+  bool starts_anew_ = false;     // the next call does not go on from known_
   bool is_first_ = true;         // the call has had no event yet
   Revision newest_at_open_ = 0;  // the map's newest revision when the call was opened
 };

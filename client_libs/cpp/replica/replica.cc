@@ -10,6 +10,7 @@
 #include "base/status/status_macros.h"
 #include "base/sync/deadline.h"
 #include "base/sync/mutex.h"
+#include "client_libs/cpp/replica/comparison.h"
 #include "client_libs/cpp/replica/durable_copy.h"
 #include "client_libs/cpp/replica/feed.h"
 #include "client_libs/cpp/replica/local_answers.h"
@@ -55,9 +56,18 @@ class Replica::Impl {
     std::optional<KnownRevision> known;
     if (disk_) known = disk_->stored();
     if (known) Publish(*known);
-    feed_ = std::make_unique<Feed>(std::move(client), options, std::move(known),
+    feed_ = std::make_unique<Feed>(client, options, known,
                                    [this](const KnownRevision& newest) { Take(newest); });
+    if (options.compare_every > absl::ZeroDuration() && !options.area) {
+      comparison_ =
+          std::make_unique<Comparison>(std::move(client), options, [this] { feed_->TakeAnew(); });
+      if (known) comparison_->Note(*known);
+    }
     feed_->Start();
+  }
+  // The comparison calls the feed, and the feed the comparison.
+  ~Impl() {
+    if (comparison_) comparison_->Stop();
   }
 
   // Returns OK when there is a revision to answer from.
@@ -75,6 +85,9 @@ class Replica::Impl {
   const std::string& map() const { return options_.map; }
   const Feed& feed() const { return *feed_; }
   DurableCopy* disk() const { return disk_.get(); }
+  Comparison::Count compared() const {
+    return comparison_ ? comparison_->count() : Comparison::Count();
+  }
 
   absl::Status AwaitRevision(Revision revision, absl::Duration timeout) const {
     const MutexLock lock(&mutex_);
@@ -95,6 +108,7 @@ class Replica::Impl {
     // First, so that Flush writes what others were told of.
     if (disk_) disk_->Write(newest);
     Publish(newest);
+    if (comparison_) comparison_->Note(newest);
   }
 
   bool has_content() const { return look().get() != nullptr; }
@@ -126,7 +140,8 @@ class Replica::Impl {
   mutable Mutex mutex_;
   mutable CondVar published_;
 
-  std::unique_ptr<Feed> feed_;  // destroyed first, since it calls Publish
+  std::unique_ptr<Comparison> comparison_;  // null if the replica is never compared
+  std::unique_ptr<Feed> feed_;              // destroyed first, since it calls Publish
 };
 
 absl::StatusOr<std::unique_ptr<Replica>> Replica::Open(Client client,
@@ -258,13 +273,17 @@ SnapshotPtr Replica::snapshot() const { return impl_->look()->snapshot; }
 ReplicaState Replica::state() const {
   const Feed::Standing standing = impl_->feed().standing();
   const Impl::View view = impl_->view();
+  Comparison::Count compared = impl_->compared();
   ReplicaState state{.revision = view.snapshot->revision,
                      .incarnation = view.incarnation,
                      .connected = standing.connected,
                      .newest_at = standing.newest_at,
                      .problem = standing.problem,
                      .num_resumed = standing.num_resumed,
-                     .num_taken_anew = standing.num_taken_anew};
+                     .num_taken_anew = standing.num_taken_anew,
+                     .num_equal = compared.num_equal,
+                     .num_different = compared.num_different,
+                     .last_difference = std::move(compared.last_difference)};
   if (const DurableCopy* disk = impl_->disk()) {
     if (const auto stored = disk->stored()) state.durable_revision = stored->snapshot->revision;
     if (state.problem.ok()) state.problem = disk->problem();

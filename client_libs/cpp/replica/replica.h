@@ -58,6 +58,9 @@ struct ReplicaOptions {
   std::string folder = {};
   // Delay after which changes are written to disk together.
   absl::Duration write_delay = absl::Seconds(1);
+  // How often the replica is compared with the server, by digests of both at one revision. A
+  // replica that differs is fetched again. Zero: never. A replica of an area is never compared.
+  absl::Duration compare_every = absl::Hours(1);
 };
 
 // State of a replica in relation to its server.
@@ -84,6 +87,12 @@ struct ReplicaState {
   // Number of times that it resumed after a break, and that it had to fetch the map again.
   int num_resumed = 0;
   int num_taken_anew = 0;
+  // Number of comparisons that found the replica to be what the server had at that revision, and to
+  // be something else; what differed in the last of these, such as "revision 7: things, frames".
+  // Any difference is a fault, of a program or of memory, and is worth a report.
+  int num_equal = 0;
+  int num_different = 0;
+  std::string last_difference;
 };
 
 // Thread safe. Only one process at a time may use a folder.
@@ -95,7 +104,7 @@ class Replica {
   // server.
   static absl::StatusOr<std::unique_ptr<Replica>> Open(Client client,
                                                        const ReplicaOptions& options);
-  // Writes the newest revision to disk.
+  // Writes the newest revision to disk. Waits for a comparison under way, some seconds at most.
   ~Replica();
   Replica(const Replica&) = delete;
   Replica& operator=(const Replica&) = delete;

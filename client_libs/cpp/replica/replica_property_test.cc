@@ -11,6 +11,7 @@
 #include "client_libs/cpp/replica/replica.h"
 #include "client_libs/cpp/replica/testing/answer_text.h"
 #include "client_libs/cpp/replica/testing/site_server.h"
+#include "map/digest/content_digest.h"
 #include "tests/support/random_map.h"
 #include "tests/support/temporary_folder.h"
 
@@ -95,6 +96,7 @@ class Questioner {
     ASSERT_TRUE(frames.ok()) << frames.status();
     EXPECT_EQ(replica_.ListTransforms().transforms, frames->transforms);
     EXPECT_EQ(replica_.ListTransforms().frame_id, frames->frame_id);
+    if (!options_.area) CompareDigests();
   }
 
   int num_known() const { return num_known_; }
@@ -106,6 +108,17 @@ class Questioner {
     const double snap = UniformInt(rng_, 0, 1) ? 0.25 : 1e-6;
     const auto coordinate = [&] { return std::round(Uniform(rng_, -15, 15) / snap) * snap; };
     return {coordinate(), coordinate()};
+  }
+
+  void CompareDigests() {
+    const auto there = client_.DigestMap("site");
+    ASSERT_TRUE(there.ok()) << there.status();
+    const ContentDigest here = DigestOf(*replica_.snapshot());
+    EXPECT_EQ(here.revision, there->digest.revision);
+    EXPECT_EQ(here.frames, there->digest.frames);
+    for (const auto& [layer, digest] : here.layers) {
+      EXPECT_EQ(digest, there->digest.layers.at(layer)) << layer;
+    }
   }
 
   void Compare(const std::string& here, const std::string& there) {

@@ -11,6 +11,7 @@
 #include "client_libs/cpp/replica/testing/answer_text.h"
 #include "client_libs/cpp/replica/testing/site_server.h"
 #include "client_libs/testing/scripted_server.h"
+#include "map/digest/content_digest.h"
 #include "tests/support/eventually.h"
 #include "tests/support/random_map.h"
 #include "tests/support/temporary_folder.h"
@@ -371,6 +372,51 @@ TEST_F(ReplicaTest, WhatDoesNotFitIsTakenAnew) {
   ASSERT_TRUE((*replica)->AwaitRevision(5, kPatience).ok());
   EXPECT_EQ((*replica)->state().num_taken_anew, 1);
   EXPECT_EQ(server.Requests()[1], "Replicate scope { map: \"site\" }");
+}
+
+TEST_F(ReplicaTest, IsComparedWithTheServerWhileItFollows) {
+  const auto all = Open({.compare_every = absl::Milliseconds(1)});
+  const auto some = Open({.layers = {"floor", "later"},
+                          .folder = folder_.path(),
+                          .compare_every = absl::Milliseconds(1)});
+  EXPECT_TRUE(testing::Eventually([&] {
+    PutThing(Thing("bed", 5, 5));
+    return all->state().num_equal > 10 && some->state().num_equal > 10;
+  }));
+  for (const auto* replica : {&all, &some}) {
+    const ReplicaState state = (*replica)->state();
+    EXPECT_EQ(state.num_different, 0) << state.last_difference;
+    EXPECT_EQ(state.num_taken_anew, 0);
+  }
+}
+
+TEST_F(ReplicaTest, IsComparedAfterAStartFromItsFile) {
+  Open({.folder = folder_.path()});
+  const auto replica = Open({.folder = folder_.path(), .compare_every = absl::Milliseconds(1)});
+  EXPECT_TRUE(testing::Eventually([&] { return replica->state().num_equal > 1; }));
+  EXPECT_EQ(replica->state().last_difference, "");
+}
+
+TEST_F(ReplicaTest, IsTakenAnewIfItDiffersFromTheServer) {
+  v1::ReplicateResponse snapshot;
+  snapshot.set_revision(3);
+  snapshot.set_snapshot(true);
+  snapshot.mutable_map()->set_frame_id("map");
+  Script script;
+  script.replications = {{{snapshot}, /*stays=*/true, grpc::Status::OK},
+                         {{snapshot}, /*stays=*/false, grpc::Status::OK}};
+  script.digest.set_revision(3);
+  script.digest.set_frames_digest(DigestOf(Snapshot()).frames);
+  v1::LayerDigest& layer = *script.digest.add_layers();
+  layer.set_layer("things");
+  layer.set_digest("of a layer that the replica does not have");
+  ScriptedServer server(script);
+  const auto replica = Replica::Open(Client(server.address()),
+                                     {.map = "site", .compare_every = absl::Milliseconds(20)});
+  ASSERT_TRUE(replica.ok()) << replica.status();
+  EXPECT_TRUE(testing::Eventually([&] { return (*replica)->state().num_taken_anew > 0; }));
+  EXPECT_EQ((*replica)->state().last_difference, "revision 3: things");
+  EXPECT_GE((*replica)->state().num_different, 1);
 }
 
 TEST_F(ReplicaTest, ALayerThatOneBatchCreatesAndDeletesIsNoMisfit) {
