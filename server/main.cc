@@ -52,6 +52,7 @@
 #include "server/session/comparison_schedule.h"
 #include "server/session/history_pool.h"
 #include "server/session/site.h"
+#include "storage/decorators/metered_store.h"
 #include "storage/map_store.h"
 
 ABSL_FLAG(std::string, config, "",
@@ -329,9 +330,11 @@ absl::Status Serve(ShutdownSignals& signals) {
   // Calls that wait for a map's writer hold parts of the budgets, so that these outlive the maps.
   Budgets budgets(limits);
   HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Answers> answers, Answers::Start());
+  storage::StoreMeters store_meters;
   HYPERMAP_ASSIGN_OR_RETURN(
       std::unique_ptr<Site> site,
-      Site::Open(std::move(storage.store), MakeSessionOptions(limits, budgets, answers.get())));
+      Site::Open(storage::MakeMeteredStore(std::move(storage.store), &store_meters),
+                 MakeSessionOptions(limits, budgets, answers.get())));
   // Returns the memory that loading the maps needed for a while to the system.
   admission::ReturnFreedMemory();
   // From here on the allocator keeps freed memory: returning it and requesting it again would cost
@@ -373,11 +376,14 @@ absl::Status Serve(ShutdownSignals& signals) {
   std::unique_ptr<MetricsListener> metrics;
   if (const std::string address = absl::GetFlag(FLAGS_metrics_listen); !address.empty()) {
     HYPERMAP_ASSIGN_OR_RETURN(
-        metrics, MetricsListener::Start(address,
-                                        std::make_unique<ServerMetrics>(
-                                            facilities, backups ? &backups->meters() : nullptr,
-                                            comparisons ? &comparisons->meters() : nullptr),
-                                        [site = site.get()] { return NotesAboutMaps(*site); }));
+        metrics,
+        MetricsListener::Start(
+            address,
+            std::make_unique<ServerMetrics>(
+                facilities, ServerMetrics::Optional{backups ? &backups->meters() : nullptr,
+                                                    comparisons ? &comparisons->meters() : nullptr,
+                                                    &store_meters}),
+            [site = site.get()] { return NotesAboutMaps(*site); }));
     logging::Log(logging::Level::kInfo, "metrics are served", {{"address", metrics->address()}});
   }
   LogCapacity(capacity, resources.files);

@@ -233,6 +233,24 @@ void AddComparisons(const ComparisonMeters& comparisons, std::vector<MetricFamil
   out.push_back(std::move(total));
 }
 
+void AddStore(const storage::StoreMeters& store, std::vector<MetricFamily>& out) {
+  Family times("hypermap_store_seconds", "Times of operations of the store of maps, by operation.",
+               MetricType::Histogram);
+  Family failures("hypermap_store_failures_total",
+                  "Operations that the store could not carry out, by operation.",
+                  MetricType::Counter);
+  for (size_t i = 0; i < storage::kNumStoreOperations; ++i) {
+    const auto operation = static_cast<storage::StoreOperation>(i);
+    const storage::StoreMeters::Reading reading = store.Read(operation);
+    const Labels labels = {{"operation", storage::NameOf(operation)}};
+    times.AddHistogram(labels, storage::StoreMeters::kBounds, reading.times,
+                       absl::ToDoubleSeconds(reading.total));
+    failures.Add(labels, static_cast<double>(reading.failures));
+  }
+  out.push_back(std::move(times));
+  out.push_back(std::move(failures));
+}
+
 }  // namespace
 
 std::vector<MetricFamily> ServerMetrics::Collect() const {
@@ -245,8 +263,9 @@ std::vector<MetricFamily> ServerMetrics::Collect() const {
   if (facilities_.site->is_shared()) AddPlacement(*facilities_.site, out);
   AddBudgets(*facilities_.budgets, facilities_.limits, out);
   AddAuthFailures(*facilities_.meters, out);
-  if (backups_ != nullptr) AddBackups(*backups_, out);
-  if (comparisons_ != nullptr) AddComparisons(*comparisons_, out);
+  if (optional_.backups != nullptr) AddBackups(*optional_.backups, out);
+  if (optional_.comparisons != nullptr) AddComparisons(*optional_.comparisons, out);
+  if (optional_.store != nullptr) AddStore(*optional_.store, out);
   AddProcess(out);
   return out;
 }

@@ -11,6 +11,7 @@
 #include "server/rpc/facilities.h"
 #include "server/session/backup_meters.h"
 #include "server/session/comparison_meters.h"
+#include "storage/decorators/store_meters.h"
 
 namespace hypermap::server {
 
@@ -18,18 +19,21 @@ namespace hypermap::server {
 // metrics are those of go-grpc-middleware, for which there are dashboards. Thread safe.
 class ServerMetrics final : public prometheus::Collectable {
  public:
-  // Everything that `facilities` points to must outlive this, and so must `backups` and
-  // `comparisons`, which may be null.
-  ServerMetrics(const Facilities& facilities, const BackupMeters* backups,
-                const ComparisonMeters* comparisons = nullptr)
-      : facilities_(facilities), backups_(backups), comparisons_(comparisons) {}
+  // Meters of what not every server has; each may be null.
+  struct Optional {
+    const BackupMeters* backups = nullptr;
+    const ComparisonMeters* comparisons = nullptr;
+    const storage::StoreMeters* store = nullptr;
+  };
+  // Everything that `facilities` and `optional` point to must outlive this.
+  ServerMetrics(const Facilities& facilities, const Optional& optional)
+      : facilities_(facilities), optional_(optional) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override;
 
  private:
   const Facilities facilities_;
-  const BackupMeters* const backups_;
-  const ComparisonMeters* const comparisons_;
+  const Optional optional_;
 };
 
 // A line for each map whose state is not kServing, with the state and its reason.

@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "base/status/status_macros.h"
+#include "storage/decorators/forwarding_map.h"
+#include "storage/decorators/forwarding_store.h"
 
 namespace hypermap::histories {
 namespace {
@@ -13,81 +15,44 @@ constexpr double kMarkFails = 0.05;
 constexpr double kPlanted = 0.1;
 constexpr uint64_t kIncarnation = 7;
 
-// Hands everything to a map in memory, except writes, which go over the disk.
-class FaultyMap : public storage::StoredMap {
+// Its writes go over the disk.
+class FaultyMap : public storage::ForwardingMap {
  public:
   FaultyMap(ServerDisk* disk, std::unique_ptr<storage::StoredMap> map)
-      : disk_(disk), map_(std::move(map)) {}
+      : ForwardingMap(std::move(map)), disk_(disk) {}
 
-  const storage::MapHeader& header() const override { return map_->header(); }
-  std::vector<std::string> opening_notes() const override { return map_->opening_notes(); }
-  absl::Status CheckFile() override { return map_->CheckFile(); }
-  absl::Status damage() const override { return map_->damage(); }
-  absl::StatusOr<SnapshotPtr> Load() override { return map_->Load(); }
   absl::Status Write(absl::Span<const storage::Commit> commits) override {
-    return disk_->Write(*map_, commits);
+    return disk_->Write(map(), commits);
   }
   absl::Status TryWrite() override {
     HYPERMAP_RETURN_IF_ERROR(disk_->CheckWritable());
-    return map_->TryWrite();
+    return map().TryWrite();
   }
-  absl::StatusOr<std::optional<storage::Receipt>> FindReceipt(
-      absl::string_view request_id) override {
-    return map_->FindReceipt(request_id);
-  }
-  absl::StatusOr<storage::MapPosition> Position() override { return map_->Position(); }
-  absl::StatusOr<std::vector<storage::TimedReceipt>> Receipts(absl::string_view after,
-                                                              int max_count) override {
-    return map_->Receipts(after, max_count);
-  }
-  absl::StatusOr<std::vector<storage::TimeMark>> TimeMarks() override { return map_->TimeMarks(); }
   absl::Status AddTimeMark(const storage::TimeMark& mark, absl::Duration forget_before) override {
     HYPERMAP_RETURN_IF_ERROR(disk_->CheckWritable());
-    return map_->AddTimeMark(mark, forget_before);
-  }
-  absl::StatusOr<std::unique_ptr<storage::HistoryReader>> OpenHistory() override {
-    return map_->OpenHistory();
+    return map().AddTimeMark(mark, forget_before);
   }
   absl::StatusOr<bool> Compact(Revision oldest, absl::Time receipts_before, int max_rows) override {
     HYPERMAP_RETURN_IF_ERROR(disk_->CheckWritable());
-    return map_->Compact(oldest, receipts_before, max_rows);
-  }
-  storage::FusionLog& fusion_log() override { return map_->fusion_log(); }
-  absl::StatusOr<int64_t> BackupBytes() override { return map_->BackupBytes(); }
-  absl::StatusOr<std::unique_ptr<storage::MapBackup>> OpenBackup() override {
-    return map_->OpenBackup();
+    return map().Compact(oldest, receipts_before, max_rows);
   }
 
  private:
   ServerDisk* const disk_;
-  const std::unique_ptr<storage::StoredMap> map_;
 };
 
-class FaultyStore : public storage::MapStore {
+class FaultyStore : public storage::ForwardingStore {
  public:
   FaultyStore(ServerDisk* disk, std::unique_ptr<storage::MapStore> store)
-      : disk_(disk), store_(std::move(store)) {}
+      : ForwardingStore(std::move(store)), disk_(disk) {}
 
-  absl::StatusOr<std::vector<std::string>> List() override { return store_->List(); }
-  absl::StatusOr<std::unique_ptr<storage::StoredMap>> Create(
-      const storage::MapHeader& header) override {
-    return store_->Create(header);
-  }
   absl::StatusOr<std::unique_ptr<storage::StoredMap>> Open(const std::string& name) override {
-    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> map, store_->Open(name));
+    HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<storage::StoredMap> map, store().Open(name));
     return std::make_unique<FaultyMap>(disk_, std::move(map));
-  }
-  std::string FileStamp(const std::string& name) override { return store_->FileStamp(name); }
-  absl::Status Delete(const std::string& name, const std::string& request_id) override {
-    return store_->Delete(name, request_id);
-  }
-  absl::StatusOr<std::optional<std::string>> FindDeletion(const std::string& request_id) override {
-    return store_->FindDeletion(request_id);
   }
 
  private:
   ServerDisk* const disk_;
-  const std::unique_ptr<storage::MapStore> store_;
 };
 
 }  // namespace

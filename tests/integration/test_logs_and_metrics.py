@@ -120,6 +120,9 @@ class Metrics(Observed):
         self.assertEqual(found['hypermap_map_robots{map="site",state="online"}'], 1)
         self.assertEqual(found['hypermap_map_robots{map="site",state="offline"}'], 0)
         self.assertEqual(found['hypermap_auth_failures_total{reason="unknown_token"}'], 0)
+        self.assertEqual(found['hypermap_store_seconds_count{operation="write"}'],
+                         found['hypermap_map_commits_total{map="site"}'])
+        self.assertEqual(found['hypermap_store_failures_total{operation="write"}'], 0)
         self.assertGreater(found["hypermap_memory_limit_bytes"], 0)
         self.assertGreater(found["process_resident_memory_bytes"], 0)
 

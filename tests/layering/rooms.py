@@ -151,6 +151,8 @@ ROOMS = {
         ["map", "map/edits", "map/layers", "map/objects", "map/observations"],
         {"absl"},
     ),
+    # Stores that add to what another one does, whichever that is.
+    "storage/decorators": Room(["base/sync", "storage"], {"absl"}, target="store_decorators"),
     # Tests of what every store promises, which therefore know none of them.
     "storage/conformance": Room(
         ["base/cancellation", "base/metering", "map/edits", "map/layers", "storage",
@@ -232,7 +234,7 @@ ROOMS = {
     ),
     "server/metrics": Room(
         ["base/access", "base/limits", "base/logging", "base/status", "base/sync", "map",
-         "map/observations", "server/auth", "server/rpc", "server/session"],
+         "map/observations", "server/auth", "server/rpc", "server/session", "storage/decorators"],
         {"absl", "prometheus"}, hidden={"civetweb"},
     ),
     "server/watch": Room(
@@ -251,7 +253,8 @@ ROOMS = {
     "server": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging", "base/status",
          "base/sync", "base/tls", "map", "server/auth", "server/forward", "server/metrics",
-         "server/rpc", "server/services", "server/session", "storage", "storage/geopackage", "storage/postgres",
+         "server/rpc", "server/services", "server/session", "storage", "storage/decorators",
+         "storage/geopackage", "storage/postgres",
          "storage/sqlite"],
         {"absl", "grpc"}, hidden={"yaml"}, target=None,
     ),
