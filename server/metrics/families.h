@@ -30,6 +30,8 @@ class Family {
   template <typename Bounds, typename Counts>
   Family& AddHistogram(Labels labels, const Bounds& bounds, const Counts& counts, double sum);
 
+  // So that a family is returned and listed as prometheus-cpp's own.
+  // NOLINTNEXTLINE(google-explicit-constructor)
   operator prometheus::MetricFamily() && { return std::move(family_); }
 
  private:
