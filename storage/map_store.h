@@ -311,6 +311,14 @@ class MapStore {
     return absl::UnimplementedError("this store can't be shared");
   }
 
+  // Gives a map another incarnation, if it has the given one and its newest revision is before
+  // `shown`, which was shown or acknowledged: the store has lost it. Whoever has the map open can
+  // write nothing more. UNAVAILABLE; UNIMPLEMENTED if the store can't be shared.
+  virtual absl::Status RenewIncarnation(const std::string& /*name*/, uint64_t /*incarnation*/,
+                                        Revision /*shown*/) {
+    return absl::UnimplementedError("this store can't be shared");
+  }
+
   // Opens a map for reading, whoever has it open for writing. Everything that would write fails
   // with FAILED_PRECONDITION. Errors as Open; UNIMPLEMENTED if the store can't be shared.
   virtual absl::StatusOr<std::unique_ptr<StoredMap>> Follow(const std::string& /*name*/) {

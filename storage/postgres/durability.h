@@ -14,6 +14,9 @@ namespace hypermap::storage::postgres {
 // primary, or by its loss for good. None: a standby confirms each commit.
 absl::StatusOr<std::vector<std::string>> FindRisks(Connection* connection);
 
+// Whether a standby confirms each commit of this session, by the settings of now.
+absl::StatusOr<bool> AreCommitsConfirmed(Connection* connection);
+
 }  // namespace hypermap::storage::postgres
 
 #endif  // HYPERMAP_STORAGE_POSTGRES_DURABILITY_H_

@@ -51,6 +51,16 @@ INSERT INTO hypermap.maps (name, frame_id, created_at_ns, request_id, incarnatio
 )sql";
 constexpr char kTakeMap[] =
     "UPDATE hypermap.maps SET owner = $2, epoch = epoch + 1 WHERE id = $1 RETURNING epoch";
+constexpr char kLockMaps[] = R"sql(
+SELECT id FROM hypermap.maps WHERE name IS NOT NULL AND NOT provisional AND NOT unfinished_copy
+  ORDER BY id FOR UPDATE
+)sql";
+// An owner of a time that is lost may have the next epochs, so that one far ahead is taken.
+constexpr char kRenewMaps[] = R"sql(
+UPDATE hypermap.maps AS m SET incarnation = n.incarnation, owner = NULL,
+    epoch = epoch + 1 + (random() * 1000000000)::bigint
+  FROM unnest($1::bigint[], $2::bigint[]) AS n (id, incarnation) WHERE m.id = n.id
+)sql";
 constexpr char kRemoveName[] =
     "UPDATE hypermap.maps SET name = NULL, owner = NULL, epoch = epoch + 1 WHERE id = $1";
 
@@ -65,6 +75,21 @@ UPDATE hypermap.maps AS m SET name = NULL, owner = NULL, epoch = epoch + 1
     SELECT 1 FROM hypermap.servers AS s
       WHERE s.id = m.owner AND s.lease_until > clock_timestamp()))
 )sql";
+
+// Gives the maps other incarnations, and returns these. REQUIRES: the rows are locked.
+absl::StatusOr<std::vector<uint64_t>> Renew(Connection* connection,
+                                            const std::vector<int64_t>& ids) {
+  std::vector<uint64_t> renewed;
+  std::vector<int64_t> column;
+  for (size_t i = 0; i < ids.size(); ++i) {
+    renewed.push_back(NewIncarnation());
+    column.push_back(static_cast<int64_t>(renewed.back()));
+  }
+  HYPERMAP_RETURN_IF_ERROR(
+      connection->Query(kRenewMaps, absl::MakeConstSpan(ids), absl::MakeConstSpan(column))
+          .status());
+  return renewed;
+}
 
 }  // namespace
 
@@ -136,6 +161,23 @@ absl::StatusOr<OwnedMap::Row> TakeMap(Connection* connection, const MapRow& row,
                             connection->QueryInt64(kTakeMap, row.id, owner));
   if (!epoch) return absl::DataLossError("the map is no longer in the database");
   return OwnedMap::Row{row.id, *epoch, row.last_write};
+}
+
+absl::StatusOr<std::vector<uint64_t>> RenewAllIncarnations(Connection* connection) {
+  HYPERMAP_ASSIGN_OR_RETURN(Rows rows, connection->Query(kLockMaps));
+  std::vector<int64_t> ids;
+  while (rows.Next()) ids.push_back(rows.Int64(0));
+  HYPERMAP_RETURN_IF_ERROR(rows.row_status());
+  return Renew(connection, ids);
+}
+
+absl::StatusOr<std::optional<uint64_t>> RenewIncarnation(Connection* connection,
+                                                         const std::string& name,
+                                                         uint64_t incarnation, Revision shown) {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<MapRow> row, FindMap(connection, name));
+  if (!row || row->header.incarnation != incarnation || row->revision >= shown) return std::nullopt;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<uint64_t> renewed, Renew(connection, {row->id}));
+  return renewed.front();
 }
 
 absl::StatusOr<Survey> ReadSurvey(Connection* connection) {

@@ -64,6 +64,17 @@ absl::StatusOr<Survey> ReadSurvey(Connection* connection);
 // statement.
 absl::StatusOr<std::map<std::string, NewestRevision>> ReadNewestRevisions(
     Connection* connection, const std::vector<std::string>& names);
+
+// Gives all maps that others may have seen other incarnations, and ends their epochs. Returns the
+// incarnations. The rows are locked until the end of the transaction.
+absl::StatusOr<std::vector<uint64_t>> RenewAllIncarnations(Connection* connection);
+
+// Gives one map another incarnation, and ends its epoch, if it has `incarnation` and is at a
+// revision before `shown`. Returns the incarnation that it has then; nullopt if nothing was done.
+absl::StatusOr<std::optional<uint64_t>> RenewIncarnation(Connection* connection,
+                                                         const std::string& name,
+                                                         uint64_t incarnation, Revision shown);
+
 // Gives an unfinished copy a name, which makes it a map that nobody owns. REQUIRES: the row is
 // locked.
 absl::Status PublishCopy(Connection* connection, int64_t map, const std::string& name);

@@ -42,7 +42,7 @@ constexpr char kRelease[] = "UPDATE hypermap.maps SET owner = NULL WHERE id = $1
 constexpr char kWaitLonger[] =
     "SELECT set_config('idle_in_transaction_session_timeout', '1h', true)";
 
-constexpr absl::Duration kPause = absl::Milliseconds(100);
+constexpr absl::Duration kAskPause = absl::Milliseconds(100);
 
 int64_t NewNumber() { return static_cast<int64_t>(NewIncarnation()); }
 
@@ -161,7 +161,7 @@ absl::Status OwnedMap::Resolve(const absl::Status& status, int64_t written) {
                        "does not answer: ",
                        outcome.status().message())));
     }
-    absl::SleepFor(kPause);
+    absl::SleepFor(kAskPause);
   }
 }
 

@@ -28,6 +28,7 @@ class PostgresMap : public StoredMap {
     Revision revision = 0;
     Revision oldest_revision = 0;
     OpenLayers layers;
+    std::vector<std::string> notes;  // StoredMap::opening_notes
     // Whether the map may have been deleted, and is read nevertheless.
     PostgresHistory::DeletedMaps deleted = PostgresHistory::DeletedMaps::kUnavailable;
   };
@@ -46,6 +47,7 @@ class PostgresMap : public StoredMap {
   ~PostgresMap() override;
 
   const MapHeader& header() const override { return opened_.header; }
+  std::vector<std::string> opening_notes() const override { return opened_.notes; }
   absl::Status CheckFile() override { return InMap(owned_->lost()); }
   absl::StatusOr<SnapshotPtr> Load() override;
   absl::Status Write(absl::Span<const Commit> commits) override;

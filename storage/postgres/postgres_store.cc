@@ -18,6 +18,7 @@
 #include "storage/incarnation.h"
 #include "storage/libpq/connection.h"
 #include "storage/postgres/change_hints.h"
+#include "storage/postgres/database_guard.h"
 #include "storage/postgres/deleted_maps.h"
 #include "storage/postgres/durability.h"
 #include "storage/postgres/file_copies.h"
@@ -47,10 +48,11 @@ constexpr int kRowsPerStep = 5000;
 
 class PostgresStore : public MapStore {
  public:
-  PostgresStore(PostgresOptions options, std::unique_ptr<Connection> catalog,
-                std::unique_ptr<ServerLease> lease, std::unique_ptr<LayerViews> views,
-                std::vector<std::string> notes)
+  PostgresStore(PostgresOptions options, std::unique_ptr<DatabaseGuard> guard,
+                std::unique_ptr<Connection> catalog, std::unique_ptr<ServerLease> lease,
+                std::unique_ptr<LayerViews> views, std::vector<std::string> notes)
       : options_(std::move(options)),
+        guard_(std::move(guard)),
         lease_(std::move(lease)),
         views_(std::move(views)),
         notes_(std::move(notes)),
@@ -64,6 +66,8 @@ class PostgresStore : public MapStore {
   absl::StatusOr<Survey> TakeSurvey() override;
   absl::StatusOr<std::map<std::string, NewestRevision>> NewestRevisions(
       const std::vector<std::string>& names) override;
+  absl::Status RenewIncarnation(const std::string& name, uint64_t incarnation,
+                                Revision shown) override;
   absl::StatusOr<std::unique_ptr<StoredMap>> Follow(const std::string& name) override;
   void ListenForChanges(const std::function<void(const std::string& map)>& heard) override;
   absl::StatusOr<std::vector<std::string>> List() override;
@@ -86,6 +90,8 @@ class PostgresStore : public MapStore {
   absl::Status Change(absl::FunctionRef<absl::Status(Connection*)> run);
   // Reads with one statement; again once if the connection turns out to be broken.
   absl::StatusOr<Rows> Read(const std::string& sql, const Parameters& parameters);
+  // Opens a connection, on which maps may be opened.
+  absl::StatusOr<std::unique_ptr<Connection>> Connect(const ConnectOptions& options);
   // The connection of the catalog; a new one if the last one broke.
   absl::StatusOr<Connection*> Catalog() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -129,6 +135,7 @@ class PostgresStore : public MapStore {
   PostgresMap::Facilities ForMaps() const;
 
   const PostgresOptions options_;
+  const std::unique_ptr<DatabaseGuard> guard_;
   const std::unique_ptr<ServerLease> lease_;
   const std::unique_ptr<LayerViews> views_;  // null if there can be none
   const std::vector<std::string> notes_;
@@ -179,10 +186,16 @@ PostgresMap::Facilities PostgresStore::ForMaps() const {
   return {std::move(readers), options_.cache_room, options_.open_files};
 }
 
+absl::StatusOr<std::unique_ptr<Connection>> PostgresStore::Connect(const ConnectOptions& options) {
+  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> connection, Connection::Open(options));
+  HYPERMAP_RETURN_IF_ERROR(guard_->Check(connection.get()));
+  return connection;
+}
+
 absl::StatusOr<Connection*> PostgresStore::Catalog() {
   if (catalog_ == nullptr || catalog_->is_broken()) {
     catalog_.reset();
-    HYPERMAP_ASSIGN_OR_RETURN(catalog_, Connection::Open(WriterOptions()));
+    HYPERMAP_ASSIGN_OR_RETURN(catalog_, Connect(WriterOptions()));
   }
   return catalog_.get();
 }
@@ -340,8 +353,11 @@ absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::OpenOwned(const MapRow
 absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::OpenRow(std::unique_ptr<OwnedMap> map,
                                                                   const MapRow& row,
                                                                   PostgresMap::Events events) {
-  PostgresMap::Opened opened{row.header, row.revision, row.oldest_revision, {}};
+  PostgresMap::Opened opened{row.header, row.revision, row.oldest_revision, {}, {}};
   opened.layers.next_lineage = row.next_lineage;
+  if (auto note = guard_->TakeNote(row.header.incarnation)) {
+    opened.notes.push_back(*std::move(note));
+  }
   absl::Status status = ReadLayers(*map, row.revision, &opened.layers);
   // Also if it can't be opened: it releases the map.
   auto stored = std::make_unique<PostgresMap>(std::move(map), ForMaps(), std::move(opened),
@@ -369,11 +385,27 @@ absl::StatusOr<std::map<std::string, NewestRevision>> PostgresStore::NewestRevis
       // Of the primary: a standby may not have all that was acknowledged.
       ConnectOptions options = WriterOptions();
       options.response_timeout = kNewestTimeout;
-      HYPERMAP_ASSIGN_OR_RETURN(newest_, Connection::Open(options));
+      HYPERMAP_ASSIGN_OR_RETURN(newest_, Connect(options));
     }
     auto newest = ReadNewestRevisions(newest_.get(), names);
     if (newest.ok() || !newest_->is_broken() || attempt > 0) return newest;
   }
+}
+
+absl::Status PostgresStore::RenewIncarnation(const std::string& name, uint64_t incarnation,
+                                             Revision shown) {
+  std::optional<uint64_t> renewed;
+  const absl::Status status = Change([&](Connection* connection) -> absl::Status {
+    HYPERMAP_ASSIGN_OR_RETURN(renewed,
+                              postgres::RenewIncarnation(connection, name, incarnation, shown));
+    return absl::OkStatus();
+  });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  if (!renewed) return absl::OkStatus();
+  guard_->AddNote(
+      *renewed, absl::StrCat("the database has lost revision ", shown, ", which was shown before"));
+  Announce("");
+  return absl::OkStatus();
 }
 
 absl::StatusOr<MapRow> PostgresStore::FindForReading(const std::string& name) {
@@ -561,8 +593,11 @@ absl::StatusOr<std::unique_ptr<MapStore>> Open(const PostgresOptions& options) {
   const ConnectOptions connect = WriterOptionsOf(options);
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<Connection> catalog, Connection::Open(connect));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_geometry, PrepareSchema(catalog.get()));
-  HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<ServerLease> lease,
-                            ServerLease::Take({connect, options.server_id, options.lease}));
+  auto guard = std::make_unique<DatabaseGuard>(options.server_id);
+  HYPERMAP_RETURN_IF_ERROR(guard->Begin(catalog.get()));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<ServerLease> lease,
+      ServerLease::Take({connect, options.server_id, options.lease, guard.get()}));
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<std::string> notes, FindRisks(catalog.get()));
   HYPERMAP_RETURN_IF_ERROR(RemoveHiddenCopies(catalog.get(), options.server_id));
   std::unique_ptr<LayerViews> views;
@@ -575,8 +610,8 @@ absl::StatusOr<std::unique_ptr<MapStore>> Open(const PostgresOptions& options) {
           absl::StrCat("layers have no views for other programs: ", started.status().message()));
     }
   }
-  return std::make_unique<PostgresStore>(options, std::move(catalog), std::move(lease),
-                                         std::move(views), std::move(notes));
+  return std::make_unique<PostgresStore>(options, std::move(guard), std::move(catalog),
+                                         std::move(lease), std::move(views), std::move(notes));
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
+#include "storage/postgres/database_guard.h"
 #include "storage/postgres/tables.h"
 
 namespace hypermap::storage::postgres {
@@ -31,24 +32,42 @@ ALTER TABLE hypermap.objects ADD COLUMN geom geometry GENERATED ALWAYS AS (
     WHEN 0 THEN 0 WHEN 1 THEN 32 WHEN 4 THEN 64 ELSE 48 END))) STORED
 )sql";
 
+// Of version 1, to make version 2.
+constexpr char kAddDraining[] =
+    "ALTER TABLE hypermap.servers ADD COLUMN draining boolean NOT NULL DEFAULT false";
+
 absl::StatusOr<bool> Exists(Connection* connection, const char* sql) {
   HYPERMAP_ASSIGN_OR_RETURN(const std::optional<int64_t> found, connection->QueryInt64(sql));
   return found.has_value();
 }
 
 absl::Status CreateSchema(Connection* connection) {
-  HYPERMAP_RETURN_IF_ERROR(connection->Execute(absl::StrCat(kCreateVersion, kTables)));
+  HYPERMAP_RETURN_IF_ERROR(connection->Execute(absl::StrCat(kCreateVersion, kTables, kPlaceTable)));
+  HYPERMAP_RETURN_IF_ERROR(RecordPlace(connection));
   return connection
       ->Query("INSERT INTO hypermap.schema_version (id, version) VALUES (1, $1)", kSchemaVersion)
       .status();
 }
 
-absl::Status CheckVersion(Connection* connection) {
+absl::Status Migrate(Connection* connection, int64_t version) {
+  if (version < 2) {
+    HYPERMAP_RETURN_IF_ERROR(connection->Execute(kAddDraining));
+    HYPERMAP_RETURN_IF_ERROR(connection->Execute(kPlaceTable));
+    // Whether it was restored before can't be told.
+    HYPERMAP_RETURN_IF_ERROR(RecordPlace(connection));
+  }
+  return connection
+      ->Query("UPDATE hypermap.schema_version SET version = $1 WHERE id = 1", kSchemaVersion)
+      .status();
+}
+
+absl::Status BringUpToDate(Connection* connection) {
   HYPERMAP_ASSIGN_OR_RETURN(
       const std::optional<int64_t> version,
       connection->QueryInt64("SELECT version FROM hypermap.schema_version WHERE id = 1"));
   if (!version) return absl::DataLossError("hypermap.schema_version has no row");
   if (*version == kSchemaVersion) return absl::OkStatus();
+  if (*version < kSchemaVersion) return Migrate(connection, *version);
   return absl::FailedPreconditionError(
       absl::StrCat("schema version ", *version, " of the database is newer than this program's ",
                    kSchemaVersion));
@@ -93,7 +112,7 @@ absl::StatusOr<bool> PrepareSchema(Connection* connection) {
   HYPERMAP_ASSIGN_OR_RETURN(
       const bool exists,
       Exists(connection, "SELECT 1 FROM pg_namespace WHERE nspname = 'hypermap'"));
-  HYPERMAP_RETURN_IF_ERROR(exists ? CheckVersion(connection) : CreateSchema(connection));
+  HYPERMAP_RETURN_IF_ERROR(exists ? BringUpToDate(connection) : CreateSchema(connection));
   HYPERMAP_ASSIGN_OR_RETURN(const bool has_geometry, AddGeometry(connection));
   HYPERMAP_RETURN_IF_ERROR(transaction.Commit());
   return has_geometry;

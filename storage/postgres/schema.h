@@ -11,7 +11,7 @@
 
 namespace hypermap::storage::postgres {
 
-inline constexpr int64_t kSchemaVersion = 1;
+inline constexpr int64_t kSchemaVersion = 2;
 
 // The end_revision of what exists at the newest revision.
 inline constexpr int64_t kForever = std::numeric_limits<int64_t>::max();

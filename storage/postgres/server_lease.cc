@@ -87,6 +87,7 @@ absl::Status ServerLease::Extend(const char* sql) {
     options.prepares = false;
     HYPERMAP_ASSIGN_OR_RETURN(connection_, Connection::Open(options));
   }
+  HYPERMAP_RETURN_IF_ERROR(options_.guard->Check(connection_.get()));
   std::string address;
   {
     const MutexLock lock(&mutex_);

@@ -14,6 +14,7 @@
 #include "base/sync/mutex.h"
 #include "base/sync/steady_time.h"
 #include "storage/libpq/connection.h"
+#include "storage/postgres/database_guard.h"
 
 namespace hypermap::storage::postgres {
 
@@ -26,6 +27,8 @@ class ServerLease {
     ConnectOptions connect;
     std::string server_id;
     absl::Duration duration = absl::Seconds(3);
+    // Is asked before each renewal, and must outlive the lease.
+    DatabaseGuard* guard = nullptr;
   };
   // Takes a lease, and renews it three times in its duration until this is destroyed.
   static absl::StatusOr<std::unique_ptr<ServerLease>> Take(const Options& options);

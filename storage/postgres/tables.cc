@@ -7,7 +7,8 @@ CREATE TABLE hypermap.servers (
   id text COLLATE "C" PRIMARY KEY,
   address text NOT NULL,
   session bigint NOT NULL,  -- of the process
-  lease_until timestamptz NOT NULL
+  lease_until timestamptz NOT NULL,
+  draining boolean NOT NULL DEFAULT false  -- gives its maps away
 );
 CREATE TABLE hypermap.maps (
   id bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY,
@@ -235,6 +236,15 @@ CREATE TABLE hypermap.forgotten_sequences (
   first_sequence bigint NOT NULL,
   last_sequence bigint NOT NULL,
   PRIMARY KEY (map, layer, robot, first_sequence)
+);
+)sql";
+
+// Where the database was written last (DatabaseGuard).
+const char kPlaceTable[] = R"sql(
+CREATE TABLE hypermap.place (
+  id integer PRIMARY KEY CHECK (id = 1),
+  tables text NOT NULL,
+  timeline bigint NOT NULL
 );
 )sql";
 

@@ -1,4 +1,4 @@
-// The tables of schema version 1.
+// The tables of the newest schema version.
 //
 // All rows of a map begin with its number. A layer has a number of its own for its whole life, its
 // lineage, which no later layer of the same name gets. What changes is kept in versions: a version
@@ -12,6 +12,9 @@ namespace hypermap::storage::postgres {
 
 // A script that creates the tables in the schema "hypermap", which must exist.
 extern const char kTables[];
+
+// The part of the script that version 1 did not have.
+extern const char kPlaceTable[];
 
 }  // namespace hypermap::storage::postgres
 

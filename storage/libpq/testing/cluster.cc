@@ -20,6 +20,7 @@ namespace {
 
 constexpr char kPrograms[] = "/usr/lib/postgresql/15/bin/";
 constexpr char kData[] = "db";
+constexpr char kSaved[] = "saved";
 constexpr char kLog[] = "log";
 // A port may be taken; a server that was killed leaves processes, which end by themselves.
 constexpr int kMostStarts = 50;
@@ -132,6 +133,38 @@ void Cluster::Kill() {
   postmaster_ = -1;
 }
 
+absl::Status Cluster::RunScript(const std::string& script) {
+  HYPERMAP_ASSIGN_OR_RETURN(const pid_t shell, folder_->Start({"/bin/sh", "-ec", script}, kLog));
+  if (AwaitSuccess(shell)) return absl::OkStatus();
+  return absl::InternalError(absl::StrCat(script, ": ", folder_->Tail(kLog)));
+}
+
+absl::Status Cluster::SaveFiles() {
+  return RunScript(absl::StrCat("rm -rf ", kSaved, "; cp -a ", kData, " ", kSaved));
+}
+
+absl::Status Cluster::RestoreFiles() {
+  return RunScript(absl::StrCat("rm -rf ", kData, "; cp -a ", kSaved, " ", kData));
+}
+
+absl::Status Cluster::RecoverAtStart() {
+  HYPERMAP_RETURN_IF_ERROR(RunScript(
+      absl::StrCat("sed -i /synchronous_standby_names/d ", kData, "/postgresql.auto.conf")));
+  return folder_->Write(absl::StrCat(kData, "/recovery.signal"), "");
+}
+
+absl::Status Cluster::ConfirmCommits() {
+  HYPERMAP_RETURN_IF_ERROR(RunScript("rm -rf received; mkdir received"));
+  HYPERMAP_RETURN_IF_ERROR(folder_
+                               ->Start({absl::StrCat(kPrograms, "pg_receivewal"), "-D", "received",
+                                        "-d", admin_target(), "--synchronous", "--no-loop"},
+                                       kLog)
+                               .status());
+  HYPERMAP_ASSIGN_OR_RETURN(const std::unique_ptr<Connection> connection, Connect(admin_target()));
+  HYPERMAP_RETURN_IF_ERROR(connection->Execute("ALTER SYSTEM SET synchronous_standby_names = '*'"));
+  return connection->Query("SELECT pg_reload_conf()").status();
+}
+
 absl::Status Cluster::Start() {
   const bool has_port = port_ != 0;
   absl::Status status;
@@ -150,6 +183,8 @@ absl::Status Cluster::StartOnce() {
                                        absl::StrCat("unix_socket_directories=", folder_->path()),
                                        "max_connections=300", "shared_buffers=32MB",
                                        "max_wal_size=128MB", "autovacuum=off", "lc_messages=C",
+                                       // There is no archive: what is in the folder is recovered.
+                                       "restore_command=false",
                                        // Its shared memory is in the folder, and goes with it.
                                        "dynamic_shared_memory_type=mmap"};
   if (!options_.is_durable) {

@@ -66,6 +66,17 @@ class Cluster {
   void Stop(StopMode mode = StopMode::kImmediate);
   // Kills the server with all its processes.
   void Kill();
+  // Has a program receive and confirm each commit until the server stops, as a synchronous standby
+  // does.
+  absl::Status ConfirmCommits();
+  // Keeps a copy of the files, in place of an earlier one. REQUIRES: the server is stopped.
+  absl::Status SaveFiles();
+  // Puts the copy in the place of the files. REQUIRES: the server is stopped.
+  absl::Status RestoreFiles();
+  // Has the next start recover the database as from a backup, to the end of its WAL: it goes on
+  // without a standby on a new timeline, as a standby does that is promoted. REQUIRES: the server
+  // is stopped.
+  absl::Status RecoverAtStart();
   // Starts the server again, on the same port. Waits until it accepts connections.
   absl::Status Start();
 
@@ -73,6 +84,8 @@ class Cluster {
   Cluster(std::unique_ptr<ProcessFolder> folder, Options options);
   std::string TargetOf(const std::string& database) const;
   std::string NameOf(const std::string& target) const;
+  // Runs a script of the shell in the folder.
+  absl::Status RunScript(const std::string& script);
   absl::Status StartOnce();
   absl::Status AwaitReady();
 
