@@ -51,6 +51,27 @@ void Placement::Note(const storage::Survey& survey, absl::Duration now) {
   unowned_ = std::move(unowned);
 }
 
+void Placement::NoteShown(const storage::Survey& survey, absl::Span<const Listed> listed) {
+  for (const Listed& map : listed) {
+    if (map.incarnation == 0) continue;
+    Shown& shown = shown_[map.name];
+    if (shown.incarnation != map.incarnation) shown = {map.incarnation, 0};
+    shown.revision = std::max(shown.revision, map.revision);
+  }
+  std::map<std::string, Shown> stored;
+  for (const storage::Survey::Map& map : survey.maps) {
+    const auto shown = shown_.find(map.name);
+    if (shown != shown_.end()) stored.insert(*shown);
+  }
+  shown_ = std::move(stored);
+}
+
+bool Placement::HasLost(const storage::Survey::Map& map) const {
+  const auto shown = shown_.find(map.name);
+  return shown != shown_.end() && shown->second.incarnation == map.incarnation &&
+         shown->second.revision > map.revision;
+}
+
 std::string Placement::Home(const std::string& map, absl::Duration now) const {
   std::string home = server_id_;
   uint64_t best = 0;
@@ -78,6 +99,7 @@ bool Placement::ShouldOwn(const storage::Survey::Map& map, bool is_owner,
 std::vector<Placement::Task> Placement::Plan(const storage::Survey& survey,
                                              absl::Span<const Listed> listed, absl::Duration now) {
   Note(survey, now);
+  NoteShown(survey, listed);
   std::map<std::string, const Listed*> by_name;
   for (const Listed& map : listed) by_name.emplace(map.name, &map);
   std::vector<Task> tasks;
@@ -87,14 +109,18 @@ std::vector<Placement::Task> Placement::Plan(const storage::Survey& survey,
     if (here != nullptr) by_name.erase(found);
     const bool is_open = here != nullptr && here->is_open && here->incarnation == map.incarnation;
     const bool is_owner = is_open && !here->is_follower;
-    Task task{map.name, Action::kKeep, "", map.revision};
+    Task task{map.name, Action::kKeep, "", map.revision, map.incarnation};
     if (map.owner != server_id_ && !map.owner.empty()) task.owner_address = addresses_[map.owner];
     const bool should_own = ShouldOwn(map, is_owner, now);
     if (should_own && !is_owner) task.action = Action::kOwn;
     if (!should_own && !(is_open && here->is_follower)) task.action = Action::kFollow;
+    if (HasLost(map)) {
+      task.action = Action::kRenew;
+      task.revision = shown_.at(map.name).revision;
+    }
     tasks.push_back(std::move(task));
   }
-  for (const auto& [name, map] : by_name) tasks.push_back({name, Action::kForget, "", 0});
+  for (const auto& [name, map] : by_name) tasks.push_back({name, Action::kForget, "", 0, 0});
   return tasks;
 }
 

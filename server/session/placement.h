@@ -34,20 +34,24 @@ class Placement {
     std::string name;
     bool is_open = false;
     bool is_follower = false;  // if it is open
-    uint64_t incarnation = 0;  // if it is open
+    // Of its session, also of one that does not work any more; 0 if it has none.
+    uint64_t incarnation = 0;
+    Revision revision = 0;  // that this session shows
   };
 
   enum class Action {
     kOwn,     // open it for writing; it may be followed until then
     kFollow,  // open it for reading; it may be owned until then
     kForget,  // it is no longer in the store
+    kRenew,   // the store has lost revisions of it: another incarnation is to begin
     kKeep,    // it is open as it should be
   };
   struct Task {
     std::string map;
     Action action = Action::kKeep;
     std::string owner_address;  // of the owner; empty if there is none, or it is this server
-    Revision revision = 0;      // that the store has
+    Revision revision = 0;      // that the store has; kRenew: that was shown
+    uint64_t incarnation = 0;   // that the store has
   };
   // Returns what is to be done with each map of the survey and of the list, at the time `now` of
   // any clock that never goes back.
@@ -59,6 +63,15 @@ class Placement {
   absl::Duration UntilChange() const { return until_change_; }
 
  private:
+  struct Shown {
+    uint64_t incarnation = 0;
+    Revision revision = 0;
+  };
+
+  // Notes which revisions this server has shown of the maps of the survey.
+  void NoteShown(const storage::Survey& survey, absl::Span<const Listed> listed);
+  // Whether the store has lost revisions that this server has shown.
+  bool HasLost(const storage::Survey::Map& map) const;
   // Notes which servers and which maps without an owner there are, since when.
   void Note(const storage::Survey& survey, absl::Duration now);
   // The server that the map belongs to, of those that have settled; this one if there is none.
@@ -69,6 +82,7 @@ class Placement {
   std::map<std::string, absl::Duration> servers_;  // id -> since when it lives
   std::map<std::string, std::string> addresses_;   // of these
   std::map<std::string, absl::Duration> unowned_;  // map -> since when it has no owner
+  std::map<std::string, Shown> shown_;             // map -> the newest revision, also once closed
   absl::Duration until_change_ = absl::InfiniteDuration();
 };
 

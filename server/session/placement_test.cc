@@ -157,6 +157,24 @@ TEST(PlacementTest, MapOfAnEarlierProcessOfThisServerIsTakenAtOnce) {
   }
 }
 
+TEST(PlacementTest, MapWhoseRevisionsTheStoreHasLostIsRenewed) {
+  Placement placement("a");
+  const Survey survey = SurveyOf({"a"}, {"site"}, "a");  // at revision 3
+  const auto plan = [&](const std::vector<Placement::Listed>& listed) {
+    return placement.Plan(survey, listed, absl::ZeroDuration())[0];
+  };
+  EXPECT_EQ(plan({{"site", true, false, 7, 3}}).action, Action::kKeep);
+  const Placement::Task lost = plan({{"site", true, false, 7, 5}});
+  EXPECT_EQ(lost.action, Action::kRenew);
+  EXPECT_EQ(lost.incarnation, 7u);
+  EXPECT_EQ(lost.revision, 5);
+  // What was shown counts also once the map is closed, and when another session shows less.
+  EXPECT_EQ(plan({{"site"}}).action, Action::kRenew);
+  EXPECT_EQ(plan({{"site", true, true, 7, 3}}).action, Action::kRenew);
+  // Revisions of another incarnation can't be compared.
+  EXPECT_EQ(plan({{"site", true, false, 8, 5}}).action, Action::kOwn);
+}
+
 TEST(PlacementTest, MapThatIsGoneIsForgotten) {
   Placement placement("a");
   const auto tasks =

@@ -217,9 +217,11 @@ class Site {
   absl::StatusOr<std::unique_ptr<MapSession>> OpenFor(const Placement::Task& task);
   // Does that, puts the session in the place of the one that there is, and closes that one.
   void Replace(const Placement::Task& task);
-  // Closes the session of a map if it does not work any more; UNAVAILABLE is the map's problem
-  // then.
-  void CloseBroken(const std::string& map);
+  // Begins another incarnation of a map of which the store has lost revisions.
+  void Renew(const Placement::Task& task);
+  // Closes the session of a map if it does not work any more, or owns an incarnation that is over;
+  // UNAVAILABLE is the map's problem then.
+  void CloseBroken(const Placement::Task& task);
   void Forget(const std::string& map);
 
   // Keeps other calls from creating or deleting the map until Release, without a lock that is held

@@ -29,6 +29,8 @@ const char* NameOf(Placement::Action action) {
       return "follow";
     case Placement::Action::kForget:
       return "forget";
+    case Placement::Action::kRenew:
+      return "renew";
     case Placement::Action::kKeep:
       break;
   }
@@ -94,10 +96,13 @@ std::vector<Placement::Listed> Site::ListForPlacement() const {
   std::vector<Placement::Listed> listed;
   const MutexLock lock(&mutex_);
   for (const auto& [name, stored] : maps_) {
-    const Entry entry = WithProblem(stored);
-    const MapSession* const session = entry.session.get();
-    listed.push_back({name, session != nullptr, session != nullptr && session->is_follower(),
-                      session != nullptr ? session->incarnation() : 0});
+    const MapSession* const session = stored.session.get();
+    if (session == nullptr) {
+      listed.push_back({name});
+    } else {
+      listed.push_back({name, session->problem().ok(), session->is_follower(),
+                        session->incarnation(), session->snapshot()->revision});
+    }
   }
   return listed;
 }
@@ -138,8 +143,14 @@ void Site::CarryOut(const Placement::Task& task) {
   // Another call makes or deletes the map. The next plan sees what came of it.
   if (!Reserve(task.map).ok()) return;
   const absl::Cleanup release = [&] { Release(task.map); };
-  if (task.action == Placement::Action::kForget) return Forget(task.map);
-  Replace(task);
+  switch (task.action) {
+    case Placement::Action::kForget:
+      return Forget(task.map);
+    case Placement::Action::kRenew:
+      return Renew(task);
+    default:
+      return Replace(task);
+  }
 }
 
 absl::StatusOr<std::unique_ptr<MapSession>> Site::OpenFor(const Placement::Task& task) {
@@ -156,23 +167,30 @@ absl::StatusOr<std::unique_ptr<MapSession>> Site::OpenFor(const Placement::Task&
   return MapSession::Follow(std::move(stored), task.owner_address, options_);
 }
 
-void Site::CloseBroken(const std::string& map) {
+void Site::Renew(const Placement::Task& task) {
+  // If the store can't be reached, the next plan is the same.
+  store_->RenewIncarnation(task.map, task.incarnation, task.revision).IgnoreError();
+}
+
+void Site::CloseBroken(const Placement::Task& task) {
   std::shared_ptr<MapSession> broken;
   {
     const MutexLock lock(&mutex_);
-    const auto found = maps_.find(map);
-    // One that works was made after the plan.
+    const auto found = maps_.find(task.map);
     if (found == maps_.end() || !found->second.session) return;
-    if (found->second.session->problem().ok()) return;
+    const MapSession& session = *found->second.session;
+    const bool is_replaced = !session.is_follower() && session.incarnation() != task.incarnation;
+    // One that works was made after the plan.
+    if (session.problem().ok() && !is_replaced) return;
     broken = std::move(found->second.session);
-    found->second = {map, nullptr, absl::UnavailableError("it is being opened again")};
+    found->second = {task.map, nullptr, absl::UnavailableError("it is being opened again")};
   }
   broken->Close();
 }
 
 void Site::Replace(const Placement::Task& task) {
   // One that has lost the map still has it open.
-  CloseBroken(task.map);
+  CloseBroken(task);
   absl::StatusOr<std::unique_ptr<MapSession>> session = OpenFor(task);
   if (absl::IsNotFound(session.status())) return;
   // Before the map is shown as owned.

@@ -14,12 +14,9 @@
 #include "server/rpc/revision_wait.h"
 #include "server/session/comparison_schedule.h"
 #include "server/session/not_owner.h"
-#include "server/session/site.h"
 #include "server/watch/watch_source.h"
 #include "storage/conformance/testing/edited_map.h"
-#include "storage/libpq/connection.h"
-#include "storage/libpq/testing/cluster.h"
-#include "storage/postgres/postgres_store.h"
+#include "tests/fleet/fleet_fixture.h"
 
 namespace hypermap::server {
 namespace {
@@ -30,9 +27,6 @@ using ::testing::IsEmpty;
 using storage::ExpectSame;
 using storage::SemanticSpec;
 using storage::UnitSquare;
-
-constexpr absl::Duration kDeadline = absl::Seconds(60);
-constexpr absl::Duration kLease = absl::Seconds(2);
 
 // Runs no loops: a follower stays at the revision at which it was opened.
 class StillExecutor : public Executor {
@@ -48,73 +42,6 @@ class StillExecutor : public Executor {
     void Wake() override {}
     void Join() override {}
   };
-};
-
-class FleetTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    HYPERMAP_SKIP_WITHOUT_POSTGRES();
-    database_ = *storage::postgres::Cluster::Shared().CreateDatabase();
-  }
-
-  std::unique_ptr<Site> OpenSite(const std::string& id, const SessionOptions& session = {}) const {
-    storage::PostgresOptions options;
-    options.target = database_;
-    options.server_id = id;
-    options.lease = kLease;
-    auto store = storage::OpenPostgresStore(options);
-    EXPECT_TRUE(store.ok()) << store.status();
-    auto site = Site::Open(*std::move(store), session);
-    EXPECT_TRUE(site.ok()) << site.status();
-    (*site)->Advertise(absl::StrCat(id, ":1"));
-    return *std::move(site);
-  }
-
-  static bool Await(const std::function<bool()>& holds) {
-    const absl::Time deadline = absl::Now() + kDeadline;
-    while (!holds()) {
-      if (absl::Now() > deadline) return false;
-      absl::SleepFor(absl::Milliseconds(5));
-    }
-    return true;
-  }
-  static std::shared_ptr<MapSession> AwaitMap(Site& site, const std::string& map) {
-    EXPECT_TRUE(Await([&] { return site.Find(map).ok(); })) << map;
-    return *site.Find(map);
-  }
-  static bool IsOwner(Site& site, const std::string& map) {
-    const auto session = site.Find(map);
-    return session.ok() && !(*session)->is_follower();
-  }
-  static void AwaitRevision(Site& site, const std::string& map, Revision revision) {
-    EXPECT_TRUE(Await([&] {
-      const auto session = site.Find(map);
-      return session.ok() && (*session)->snapshot()->revision >= revision;
-    })) << "revision "
-        << revision;
-  }
-  static absl::StatusOr<storage::Receipt> Edit(Site& site, const std::string& map,
-                                               const EditBatch& batch,
-                                               const std::string& request_id = "") {
-    auto session = site.Find(map);
-    if (!session.ok()) return session.status();
-    return (*session)->SubmitAndWait({batch, "tester", request_id});
-  }
-
-  // A connection to the database, without any server.
-  std::unique_ptr<storage::postgres::Connection> Connect() const {
-    storage::postgres::ConnectOptions options;
-    options.target = database_;
-    auto connection = storage::postgres::Connection::Open(options);
-    EXPECT_TRUE(connection.ok()) << connection.status();
-    return *std::move(connection);
-  }
-  void Execute(const std::string& statement) const {
-    const absl::Status status = Connect()->Execute(statement);
-    ASSERT_TRUE(status.ok()) << status;
-  }
-
-  std::string database_;
 };
 
 TEST_F(FleetTest, FollowerShowsWhatTheOwnerShows) {
@@ -389,6 +316,21 @@ TEST_F(FleetTest, AReplacedOwnerTakesTheMapAgain) {
     EXPECT_TRUE(edited.ok() || absl::IsUnavailable(edited.status())) << edited.status();
     return edited.ok() || !absl::IsUnavailable(edited.status());
   }));
+}
+
+TEST_F(FleetTest, AnIdleOwnerTakesTheMapAgainOnceItIsAnotherIncarnation) {
+  const auto site = OpenSite("a");
+  ASSERT_TRUE(site->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*site, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  const auto before = *site->Find("site");
+  Execute("UPDATE hypermap.maps SET incarnation = 7, owner = NULL, epoch = epoch + 1");
+  EXPECT_TRUE(Await([&] {
+    const auto session = site->Find("site");
+    return session.ok() && (*session)->incarnation() == 7;
+  }));
+  // Watches are told that they have to begin anew.
+  EXPECT_TRUE(before->feed().closed());
+  EXPECT_TRUE(Edit(*site, "site", {{PutObject{"s", UnitSquare("chair"), ""}}}).ok());
 }
 
 TEST_F(FleetTest, MapsThatAreMadeAndDeletedElsewhereComeAndGo) {
