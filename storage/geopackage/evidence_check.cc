@@ -10,6 +10,7 @@
 #include "base/status/status_macros.h"
 #include "storage/encoding/packed_bytes.h"
 #include "storage/geopackage/evidence_retention.h"
+#include "storage/geopackage/find_rows.h"
 
 namespace hypermap::storage {
 namespace {
@@ -114,7 +115,7 @@ absl::Status CheckState(Statement* row) {
 absl::Status CheckEvidenceLogs(Database* database, const EvidenceCheck& check,
                                FindingList* findings) {
   for (const auto& [table, problem, sql] : kRules) {
-    HYPERMAP_RETURN_IF_ERROR(findings->AddRows(database, {table, "", problem}, sql));
+    HYPERMAP_RETURN_IF_ERROR(FindRows(database, {table, "", problem}, findings, sql));
   }
   const auto check_entry = [&check](Statement* row) { return CheckEntry(row, check); };
   HYPERMAP_RETURN_IF_ERROR(findings->AddDamage(

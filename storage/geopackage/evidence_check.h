@@ -3,8 +3,8 @@
 #define HYPERMAP_STORAGE_GEOPACKAGE_EVIDENCE_CHECK_H_
 
 #include "absl/status/status.h"
+#include "storage/finding_list.h"
 #include "storage/fusion_log.h"
-#include "storage/geopackage/finding_list.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {

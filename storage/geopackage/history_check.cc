@@ -14,6 +14,7 @@
 #include "storage/encoding/change_columns.h"
 #include "storage/encoding/tile_codec.h"
 #include "storage/geopackage/change_log.h"
+#include "storage/geopackage/find_rows.h"
 #include "storage/geopackage/for_table.h"
 #include "storage/geopackage/history_tables.h"
 #include "storage/geopackage/layer_history.h"
@@ -150,7 +151,7 @@ absl::Status HistoryChecker::CheckRules() {
     // Only the boxes follow from another table.
     const bool can_be_rebuilt = absl::string_view(rule.table) == kObjectBoxesTable;
     HYPERMAP_RETURN_IF_ERROR(
-        findings_->AddRows(database_, {rule.table, "", rule.problem, can_be_rebuilt}, sql));
+        FindRows(database_, {rule.table, "", rule.problem, can_be_rebuilt}, findings_, sql));
   }
   return absl::OkStatus();
 }

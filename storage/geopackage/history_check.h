@@ -3,7 +3,7 @@
 #define HYPERMAP_STORAGE_GEOPACKAGE_HISTORY_CHECK_H_
 
 #include "absl/status/status.h"
-#include "storage/geopackage/finding_list.h"
+#include "storage/finding_list.h"
 #include "storage/sqlite/sqlite.h"
 
 namespace hypermap::storage {

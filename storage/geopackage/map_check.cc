@@ -18,11 +18,12 @@
 #include "base/cancellation/cancellation.h"
 #include "base/status/status_macros.h"
 #include "storage/encoding/geometry_blob.h"
+#include "storage/finding_list.h"
 #include "storage/geopackage/change_writer.h"
 #include "storage/geopackage/damaged_pages.h"
 #include "storage/geopackage/ends_if_cancelled.h"
 #include "storage/geopackage/evidence_check.h"
-#include "storage/geopackage/finding_list.h"
+#include "storage/geopackage/find_rows.h"
 #include "storage/geopackage/for_table.h"
 #include "storage/geopackage/foreign_writes.h"
 #include "storage/geopackage/frame_table.h"
@@ -215,17 +216,17 @@ absl::Status MapChecker::CheckFeatures(const OpenLayer& layer) {
       });
   HYPERMAP_RETURN_IF_ERROR(findings_.AddDamage(table, "", status));
   HYPERMAP_RETURN_IF_ERROR(
-      findings_.AddRows(database_, {table, "", "its version is no revision that changed the layer"},
-                        ForTable(kVersionsOfNoRevision, table), layer.stored.lineage));
+      FindRows(database_, {table, "", "its version is no revision that changed the layer"},
+               &findings_, ForTable(kVersionsOfNoRevision, table), layer.stored.lineage));
   return CheckIndex(table);
 }
 
 absl::Status MapChecker::CheckIndex(const std::string& table) {
   const std::string index = ForTable("rtree_$t_geom", table);
   HYPERMAP_RETURN_IF_ERROR(findings_.AddDamage(index, "", CompareBoxes(table, index), true));
-  HYPERMAP_RETURN_IF_ERROR(
-      findings_.AddRows(database_, {index, "", "the index has an entry of no object", true},
-                        ForTable(kBoxesOfNoObject, table)));
+  HYPERMAP_RETURN_IF_ERROR(FindRows(database_,
+                                    {index, "", "the index has an entry of no object", true},
+                                    &findings_, ForTable(kBoxesOfNoObject, table)));
   // The nodes of the tree, which a search must reach.
   return findings_.AddDamage(
       index, "", AddLines(absl::StrCat("SELECT rtreecheck('main', '", index, "')"), index), true);

@@ -148,7 +148,7 @@ ROOMS = {
     ),
 
     "storage": Room(
-        ["map", "map/edits", "map/layers", "map/objects", "map/observations"],
+        ["base/cancellation", "base/status", "base/text", "map", "map/edits", "map/layers", "map/objects", "map/observations"],
         {"absl"},
     ),
     # Stores that add to what another one does, whichever that is.

@@ -1,6 +1,7 @@
-#include "storage/geopackage/finding_list.h"
+#include "storage/finding_list.h"
 
 #include "base/cancellation/cancellation.h"
+#include "base/status/status_macros.h"
 #include "base/text/utf8.h"
 
 namespace hypermap::storage {
@@ -24,17 +25,6 @@ absl::Status FindingList::AddDamage(const std::string& table, const std::string&
   if (!absl::IsDataLoss(status) && !absl::IsInternal(status)) return status;
   Add({table, row, std::string(status.message()), can_be_rebuilt});
   return absl::OkStatus();
-}
-
-absl::Status FindingList::AddEach(Statement* select, const Finding& about) {
-  while (true) {
-    HYPERMAP_ASSIGN_OR_RETURN(const bool has_row, select->Step());
-    if (!has_row) return absl::OkStatus();
-    Finding found = about;
-    found.row = std::string(select->Text(0));
-    HYPERMAP_RETURN_IF_ERROR(select->row_status());
-    Add(found);
-  }
 }
 
 }  // namespace hypermap::storage
