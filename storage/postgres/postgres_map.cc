@@ -10,6 +10,7 @@
 #include "storage/postgres/compaction.h"
 #include "storage/postgres/file_copies.h"
 #include "storage/postgres/fusion_changes.h"
+#include "storage/postgres/map_check.h"
 #include "storage/postgres/map_loading.h"
 #include "storage/postgres/map_row.h"
 #include "storage/postgres/postgres_history.h"
@@ -215,6 +216,11 @@ absl::StatusOr<std::unique_ptr<MapBackup>> PostgresMap::OpenBackup() {
     return PinMap(facilities, map, header);
   };
   return MakeFileBackup(facilities_.open_files, opened_.header.name, pin);
+}
+
+absl::StatusOr<std::unique_ptr<MapCheck>> PostgresMap::OpenCheck() {
+  if (absl::IsDataLoss(owned_->lost())) return InMap(owned_->lost());
+  return MakeMapCheck(facilities_.readers, owned_->map(), opened_.header.name);
 }
 
 PostgresMap::Events NoEvents() {

@@ -70,6 +70,7 @@ class PostgresMap : public StoredMap {
   absl::Status FinishCopy() override;
   absl::StatusOr<int64_t> BackupBytes() override;
   absl::StatusOr<std::unique_ptr<MapBackup>> OpenBackup() override;
+  absl::StatusOr<std::unique_ptr<MapCheck>> OpenCheck() override;
 
  private:
   absl::Status WriteAll(absl::Span<const Commit> commits);

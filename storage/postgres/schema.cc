@@ -24,14 +24,6 @@ CREATE TABLE hypermap.schema_version (
 );
 )sql";
 
-// The blob begins with 8 bytes, and an envelope whose size bits 1 to 3 of the fourth byte tell
-// (OGC 12-128r18, 2.1.3.1.1). The rest is WKB.
-constexpr char kAddGeometry[] = R"sql(
-ALTER TABLE hypermap.objects ADD COLUMN geom geometry GENERATED ALWAYS AS (
-  ST_GeomFromWKB(substring(shape FROM 9 + CASE (get_byte(shape, 3) >> 1) & 7
-    WHEN 0 THEN 0 WHEN 1 THEN 32 WHEN 4 THEN 64 ELSE 48 END))) STORED
-)sql";
-
 // Of version 1, to make version 2.
 constexpr char kAddDraining[] =
     "ALTER TABLE hypermap.servers ADD COLUMN draining boolean NOT NULL DEFAULT false";
@@ -90,21 +82,27 @@ absl::StatusOr<bool> InstallPostgis(Connection* connection) {
 }
 
 absl::StatusOr<bool> AddGeometry(Connection* connection) {
-  HYPERMAP_ASSIGN_OR_RETURN(
-      const bool has_column,
-      Exists(connection,
-             "SELECT 1 FROM pg_attribute WHERE attrelid = 'hypermap.objects'::regclass "
-             "AND attname = 'geom' AND NOT attisdropped"));
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_column, HasGeometry(connection));
   if (has_column) return true;
   HYPERMAP_ASSIGN_OR_RETURN(bool has_postgis, HasPostgis(connection));
   if (!has_postgis) {
     HYPERMAP_ASSIGN_OR_RETURN(has_postgis, InstallPostgis(connection));
   }
-  if (has_postgis) HYPERMAP_RETURN_IF_ERROR(connection->Execute(kAddGeometry));
-  return has_postgis;
+  if (!has_postgis) return false;
+  HYPERMAP_RETURN_IF_ERROR(
+      connection->Execute(absl::StrCat("ALTER TABLE hypermap.objects ADD COLUMN geom geometry "
+                                       "GENERATED ALWAYS AS (ST_GeomFromWKB(",
+                                       kWkbOfShape, ")) STORED")));
+  return true;
 }
 
 }  // namespace
+
+absl::StatusOr<bool> HasGeometry(Connection* connection) {
+  return Exists(connection,
+                "SELECT 1 FROM pg_attribute WHERE attrelid = 'hypermap.objects'::regclass "
+                "AND attname = 'geom' AND NOT attisdropped");
+}
 
 absl::StatusOr<bool> PrepareSchema(Connection* connection) {
   HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction, Transaction::Begin(connection));

@@ -16,6 +16,15 @@ inline constexpr int64_t kSchemaVersion = 2;
 // The end_revision of what exists at the newest revision.
 inline constexpr int64_t kForever = std::numeric_limits<int64_t>::max();
 
+// The WKB in the column `shape` of hypermap.objects, as an expression. The blob begins with 8
+// bytes, and an envelope whose size bits 1 to 3 of the fourth byte tell (OGC 12-128r18, 2.1.3.1.1).
+inline constexpr char kWkbOfShape[] =
+    "substring(shape FROM 9 + CASE (get_byte(shape, 3) >> 1) & 7 "
+    "WHEN 0 THEN 0 WHEN 1 THEN 32 WHEN 4 THEN 64 ELSE 48 END)";
+
+// Whether objects have a column of PostGIS, `geom`.
+absl::StatusOr<bool> HasGeometry(Connection* connection);
+
 // Creates the schema, or brings that of an older version to this one, in one transaction that waits
 // for other servers that do the same. If PostGIS is installed in the database, or can be, objects
 // get a column that it can query. Returns whether they have it. FAILED_PRECONDITION if the schema
