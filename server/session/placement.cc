@@ -1,29 +1,12 @@
 #include "server/session/placement.h"
 
 #include <algorithm>
-#include <set>
+#include <cstddef>
 #include <utility>
 
-#include "absl/strings/string_view.h"
+#include "server/session/map_assignment.h"
 
 namespace hypermap::server {
-namespace {
-
-// FNV-1a with the finalizer of MurmurHash3: it must be the same in all servers, of all versions.
-uint64_t ScoreOf(absl::string_view map, absl::string_view server) {
-  uint64_t hash = 0xcbf29ce484222325;
-  const auto add = [&hash](absl::string_view text) {
-    for (const char c : text) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3;
-  };
-  add(map);
-  add(absl::string_view("\0", 1));
-  add(server);
-  hash = (hash ^ (hash >> 33)) * 0xff51afd7ed558ccd;
-  hash = (hash ^ (hash >> 33)) * 0xc4ceb9fe1a85ec53;
-  return hash ^ (hash >> 33);
-}
-
-}  // namespace
 
 void Placement::Note(const storage::Survey& survey, absl::Duration now) {
   const bool is_first = servers_.empty();
@@ -72,38 +55,35 @@ bool Placement::HasLost(const storage::Survey::Map& map) const {
          shown->second.revision > map.revision;
 }
 
-std::string Placement::Home(const std::string& map, absl::Duration now) const {
-  std::string home = server_id_;
-  uint64_t best = 0;
+std::vector<std::string> Placement::Homes(absl::Duration now) const {
+  std::vector<std::string> settled, all;
   for (const auto& [server, since] : servers_) {
-    if (now - since < kSettle) continue;
-    const uint64_t score = ScoreOf(map, server);
-    if (score <= best) continue;
-    best = score;
-    home = server;
+    all.push_back(server);
+    if (now - since >= kSettle) settled.push_back(server);
   }
-  return home;
+  return settled.empty() ? all : settled;
 }
 
-bool Placement::ShouldOwn(const storage::Survey::Map& map, bool is_owner,
+bool Placement::ShouldOwn(const storage::Survey::Map& map, bool is_home, bool is_owner,
                           absl::Duration now) const {
   // Without a lease of its own it would lose what it takes at once, and keeps what it has.
   if (!servers_.contains(server_id_)) return is_owner;
-  const bool is_at_home = Home(map.name, now) == server_id_;
   // This server has it, or had it before it was started again.
-  if (map.owner == server_id_) return is_at_home || !is_owner;
+  if (map.owner == server_id_) return is_home || !is_owner;
   if (!map.owner.empty()) return false;
-  return is_at_home || now - unowned_.at(map.name) >= kPatience;
+  return is_home || now - unowned_.at(map.name) >= kPatience;
 }
 
 std::vector<Placement::Task> Placement::Plan(const storage::Survey& survey,
                                              absl::Span<const Listed> listed, absl::Duration now) {
   Note(survey, now);
   NoteShown(survey, listed);
+  const std::vector<std::string> homes = AssignMaps(survey.maps, Homes(now));
   std::map<std::string, const Listed*> by_name;
   for (const Listed& map : listed) by_name.emplace(map.name, &map);
   std::vector<Task> tasks;
-  for (const storage::Survey::Map& map : survey.maps) {
+  for (size_t i = 0; i < survey.maps.size(); ++i) {
+    const storage::Survey::Map& map = survey.maps[i];
     const auto found = by_name.find(map.name);
     const Listed* const here = found == by_name.end() ? nullptr : found->second;
     if (here != nullptr) by_name.erase(found);
@@ -111,7 +91,7 @@ std::vector<Placement::Task> Placement::Plan(const storage::Survey& survey,
     const bool is_owner = is_open && !here->is_follower;
     Task task{map.name, Action::kKeep, "", map.revision, map.incarnation};
     if (map.owner != server_id_ && !map.owner.empty()) task.owner_address = addresses_[map.owner];
-    const bool should_own = ShouldOwn(map, is_owner, now);
+    const bool should_own = ShouldOwn(map, homes[i] == server_id_, is_owner, now);
     if (should_own && !is_owner) task.action = Action::kOwn;
     if (!should_own && !(is_open && here->is_follower)) task.action = Action::kFollow;
     if (HasLost(map)) {

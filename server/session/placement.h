@@ -14,11 +14,9 @@
 
 namespace hypermap::server {
 
-// Every server plans for itself, by the same survey and the same rule, and so they agree mostly:
-// each map belongs to the server with the greatest hash of map and server (rendezvous hashing;
-// Thaler and Ravishankar, 1998), so that few maps move when a server comes or goes. That two of
-// them don't agree does no harm, because the store gives a map to one of them only. Not thread
-// safe.
+// Every server plans for itself, by the same survey and the same rule (map_assignment.h), and so
+// they agree mostly. That two of them don't agree does no harm, because the store gives a map to
+// one of them only. Not thread safe.
 class Placement {
  public:
   // A server that has just come gets no maps of others for so long, lest maps move to and fro while
@@ -74,9 +72,11 @@ class Placement {
   bool HasLost(const storage::Survey::Map& map) const;
   // Notes which servers and which maps without an owner there are, since when.
   void Note(const storage::Survey& survey, absl::Duration now);
-  // The server that the map belongs to, of those that have settled; this one if there is none.
-  std::string Home(const std::string& map, absl::Duration now) const;
-  bool ShouldOwn(const storage::Survey::Map& map, bool is_owner, absl::Duration now) const;
+  // The servers among which maps are divided: those that have settled, or all if none has.
+  std::vector<std::string> Homes(absl::Duration now) const;
+  // `is_home`: the map belongs to this server.
+  bool ShouldOwn(const storage::Survey::Map& map, bool is_home, bool is_owner,
+                 absl::Duration now) const;
 
   const std::string server_id_;
   std::map<std::string, absl::Duration> servers_;  // id -> since when it lives
