@@ -262,6 +262,7 @@ struct Survey {
     std::string address;  // at which the others reach it; may be empty
     // Until its lease ends, unless it renews it.
     absl::Duration lease_left = absl::InfiniteDuration();
+    bool draining = false;  // MapStore::SetDraining
   };
   struct Map {
     std::string name;
@@ -297,6 +298,13 @@ class MapStore {
   // How long ago this server's lease was renewed, by which the others know that it lives. Zero if
   // the store can't be shared.
   virtual absl::Duration LeaseAge() const { return absl::ZeroDuration(); }
+
+  // Tells all servers that one of them is to own no maps, or may own maps again. A server that
+  // starts may. NOT_FOUND if no such server lives; UNAVAILABLE; UNIMPLEMENTED if the store can't be
+  // shared.
+  virtual absl::Status SetDraining(const std::string& /*server_id*/, bool /*draining*/) {
+    return absl::UnimplementedError("this store can't be shared");
+  }
 
   // UNAVAILABLE; UNIMPLEMENTED if the store can't be shared.
   virtual absl::StatusOr<Survey> TakeSurvey() {

@@ -29,7 +29,8 @@ SELECT pg_terminate_backend(a.pid)
 )sql";
 constexpr char kLockMap[] = "SELECT id FROM hypermap.maps WHERE name = $1 FOR UPDATE";
 constexpr char kServers[] = R"sql(
-SELECT id, address, (extract(epoch FROM lease_until - clock_timestamp()) * 1000000)::bigint
+SELECT id, address, (extract(epoch FROM lease_until - clock_timestamp()) * 1000000)::bigint,
+    draining
   FROM hypermap.servers WHERE lease_until > clock_timestamp() ORDER BY id
 )sql";
 constexpr char kMaps[] = R"sql(
@@ -185,7 +186,7 @@ absl::StatusOr<Survey> ReadSurvey(Connection* connection) {
   HYPERMAP_ASSIGN_OR_RETURN(Rows servers, connection->Query(kServers));
   while (servers.Next()) {
     survey.servers.push_back({std::string(servers.Text(0)), std::string(servers.Text(1)),
-                              absl::Microseconds(servers.Int64(2))});
+                              absl::Microseconds(servers.Int64(2)), servers.Bool(3)});
   }
   HYPERMAP_RETURN_IF_ERROR(servers.row_status());
   HYPERMAP_ASSIGN_OR_RETURN(Rows maps, connection->Query(kMaps));

@@ -63,6 +63,7 @@ class PostgresStore : public MapStore {
   std::string server_id() const override { return options_.server_id; }
   void Advertise(const std::string& address) override { lease_->Advertise(address); }
   absl::Duration LeaseAge() const override { return lease_->Age(); }
+  absl::Status SetDraining(const std::string& server_id, bool draining) override;
   absl::StatusOr<Survey> TakeSurvey() override;
   absl::StatusOr<std::map<std::string, NewestRevision>> NewestRevisions(
       const std::vector<std::string>& names) override;
@@ -364,6 +365,15 @@ absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::OpenRow(std::unique_pt
                                               std::move(events));
   if (status.ok()) return stored;
   return absl::Status(status.code(), absl::StrCat("map ", row.header.name, ": ", status.message()));
+}
+
+absl::Status PostgresStore::SetDraining(const std::string& server_id, bool draining) {
+  HYPERMAP_RETURN_IF_ERROR(Change([&](Connection* connection) {
+    return postgres::SetDraining(connection, server_id, draining);
+  }));
+  // All servers plan anew.
+  Announce("");
+  return absl::OkStatus();
 }
 
 absl::StatusOr<Survey> PostgresStore::TakeSurvey() {

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "base/sync/start_thread.h"
 #include "storage/incarnation.h"
@@ -14,7 +15,7 @@ constexpr char kTake[] = R"sql(
 INSERT INTO hypermap.servers (id, address, session, lease_until)
   VALUES ($1, $2, $3, clock_timestamp() + $4 * interval '1 microsecond')
   ON CONFLICT (id) DO UPDATE SET address = excluded.address, session = excluded.session,
-    lease_until = excluded.lease_until
+    lease_until = excluded.lease_until, draining = false
 )sql";
 // The row is made again if it was removed, but not taken back from a later process.
 constexpr char kRenew[] = R"sql(
@@ -24,6 +25,8 @@ INSERT INTO hypermap.servers AS s (id, address, session, lease_until)
     WHERE s.session = excluded.session
 )sql";
 constexpr char kGiveBack[] = "DELETE FROM hypermap.servers WHERE id = $1 AND session = $2";
+constexpr char kSetDraining[] =
+    "UPDATE hypermap.servers SET draining = $2 WHERE id = $1 AND lease_until > clock_timestamp()";
 constexpr int kRenewalsPerLease = 3;
 
 }  // namespace
@@ -102,6 +105,13 @@ absl::Status ServerLease::Extend(const char* sql) {
   // None if a later process has this id.
   if (extended->changed_rows() > 0) renewed_at_ = now;
   return absl::OkStatus();
+}
+
+absl::Status SetDraining(Connection* connection, const std::string& server_id, bool draining) {
+  HYPERMAP_ASSIGN_OR_RETURN(const Rows changed,
+                            connection->Query(kSetDraining, server_id, draining));
+  if (changed.changed_rows() > 0) return absl::OkStatus();
+  return absl::NotFoundError(absl::StrCat("no server \"", server_id, "\" lives"));
 }
 
 }  // namespace hypermap::storage::postgres

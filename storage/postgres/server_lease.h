@@ -59,6 +59,9 @@ class ServerLease {
   std::thread thread_;
 };
 
+// Marks a server that lives as one that is to own no maps, or takes the mark away. NOT_FOUND.
+absl::Status SetDraining(Connection* connection, const std::string& server_id, bool draining);
+
 }  // namespace hypermap::storage::postgres
 
 #endif  // HYPERMAP_STORAGE_POSTGRES_SERVER_LEASE_H_
