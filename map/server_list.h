@@ -16,8 +16,9 @@ namespace hypermap {
 struct ServerList {
   struct Server {
     std::string id;
-    std::string address;  // at which the others reach it; may be empty
-    int num_maps = 0;     // of the listed maps, those that it owns
+    std::string address;    // at which the others reach it; may be empty
+    int num_maps = 0;       // of the listed maps, those that it owns
+    bool draining = false;  // gives its maps to the others and takes none
 
     friend bool operator==(const Server&, const Server&) = default;
   };

@@ -11,6 +11,7 @@ void EncodeServerList(const ServerList& list, v1::ListServersResponse* message) 
     encoded->set_id(server.id);
     encoded->set_address(server.address);
     encoded->set_map_count(server.num_maps);
+    encoded->set_draining(server.draining);
   }
   for (const ServerList::Map& map : list.maps) {
     v1::SharedMap* const encoded = message->add_maps();
@@ -26,7 +27,7 @@ ServerList DecodeServerList(const v1::ListServersResponse& message) {
   ServerList list;
   list.answered_by = message.answered_by();
   for (const v1::SharingServer& server : message.servers()) {
-    list.servers.push_back({server.id(), server.address(), server.map_count()});
+    list.servers.push_back({server.id(), server.address(), server.map_count(), server.draining()});
   }
   for (const v1::SharedMap& map : message.maps()) {
     list.maps.push_back({map.name(), map.owner(), map.stored_revision(),

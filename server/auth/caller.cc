@@ -1,5 +1,6 @@
 #include "server/auth/caller.h"
 
+#include <algorithm>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
@@ -32,6 +33,14 @@ absl::Status Caller::CheckMap(absl::string_view map) const {
   if (MaySee(map)) return absl::OkStatus();
   return Denied(*identity, access::Reason::kMap,
                 absl::StrCat("has no access to map \"", map, "\""));
+}
+
+absl::Status Caller::CheckAllMaps() const {
+  if (!identity) return absl::OkStatus();
+  // Of all patterns that match any name, this is the one that people write.
+  const std::vector<std::string>& maps = identity->maps;
+  if (std::find(maps.begin(), maps.end(), "*") != maps.end()) return absl::OkStatus();
+  return Denied(*identity, access::Reason::kMap, "has no access to all maps");
 }
 
 absl::Status Caller::CheckRobot(absl::string_view robot) const {

@@ -35,6 +35,8 @@ struct Caller {
   bool MaySee(absl::string_view map) const;
   // OK if the caller may use its role for this map. PERMISSION_DENIED.
   absl::Status CheckMap(absl::string_view map) const;
+  // OK if the caller may use its role for every map there is or will be. PERMISSION_DENIED.
+  absl::Status CheckAllMaps() const;
   // OK if the caller may act in the name of this robot. PERMISSION_DENIED.
   absl::Status CheckRobot(absl::string_view robot) const;
 };

@@ -25,6 +25,7 @@ TEST(CallerTest, WithoutIdentitiesEverybodyMayDoEverything) {
   const Caller caller;
   for (const RpcInfo& row : AllRpcs()) EXPECT_TRUE(caller.CheckRpc(row.rpc).ok()) << row.method;
   EXPECT_TRUE(caller.CheckMap("office").ok());
+  EXPECT_TRUE(caller.CheckAllMaps().ok());
   EXPECT_TRUE(caller.CheckRobot("r1").ok());
 }
 
@@ -51,6 +52,8 @@ TEST(CallerTest, HasItsRoleForTheMapsOfItsPatternsOnly) {
   EXPECT_TRUE(caller.CheckMap("yard").ok());
   EXPECT_TRUE(absl::IsPermissionDenied(caller.CheckMap("yard-2")));
   EXPECT_FALSE(caller.MaySee("office"));
+  EXPECT_TRUE(absl::IsPermissionDenied(caller.CheckAllMaps()));
+  EXPECT_TRUE(CallerOf({"anna", Role::kAdmin, {"yard", "*"}}).CheckAllMaps().ok());
 }
 
 TEST(CallerTest, RobotsActInTheirOwnNames) {

@@ -63,6 +63,8 @@ constexpr RpcInfo kRpcs[] = {
     {Rpc::kListRobots, kRobotService, "ListRobots", Role::kReader, By::kOwner},
     {Rpc::kReport, kRobotService, "Report", Role::kRobot, By::kOwner},
     {Rpc::kWatchRobots, kRobotService, "WatchRobots", Role::kReader, By::kOwner},
+    // Needs the role for all maps.
+    {Rpc::kDrainServer, kServerService, "DrainServer", Role::kAdmin, By::kAnyServer},
     // Lists the maps that the caller may see.
     {Rpc::kListServers, kServerService, "ListServers", Role::kReader, By::kAnyServer},
     {Rpc::kListChanges, kWatchService, "ListChanges", Role::kReader, By::kAnyServer},

@@ -57,6 +57,7 @@ enum class Rpc {
   kReport,
   kWatchRobots,
   // hypermap.v1.ServerService
+  kDrainServer,
   kListServers,
   // hypermap.v1.WatchService
   kListChanges,

@@ -34,9 +34,14 @@ ServerList ListOf(const Site& site, const storage::Survey& survey, const Caller&
         {map.name, map.owner, map.revision, RevisionHere(site, map), map.incarnation});
   }
   for (const storage::Survey::Server& server : survey.servers) {
-    list.servers.push_back({server.id, server.address, num_maps[server.id]});
+    list.servers.push_back({server.id, server.address, num_maps[server.id], server.draining});
   }
   return list;
+}
+
+absl::Status CheckShared(const Site& site) {
+  if (!site.server_id().empty()) return absl::OkStatus();
+  return absl::UnimplementedError("this server shares its maps with no others (--store)");
 }
 
 }  // namespace
@@ -49,14 +54,29 @@ grpc::ServerUnaryReactor* ServerService::ListServers(grpc::CallbackServerContext
   // It waits for the database.
   return AnswerOn(
       &facilities_.workers->long_questions, call, [this, call]() -> absl::StatusOr<int64_t> {
-        if (facilities_.site->server_id().empty()) {
-          return absl::UnimplementedError("this server shares its maps with no others (--store)");
-        }
+        HYPERMAP_RETURN_IF_ERROR(CheckShared(*facilities_.site));
         HYPERMAP_ASSIGN_OR_RETURN(const storage::Survey survey, facilities_.site->TakeSurvey());
         const ServerList list = ListOf(*facilities_.site, survey, call->context().caller());
         wire::EncodeServerList(list, call->response());
         return call->response()->maps_size();
       });
+}
+
+grpc::ServerUnaryReactor* ServerService::DrainServer(grpc::CallbackServerContext* context,
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::DrainServerRequest, v1::DrainServerResponse>(
+      facilities_.for_calls(), context, Rpc::kDrainServer, {request, response});
+  // It waits for the database.
+  return AnswerOn(&facilities_.workers->openings, call, [this, call]() -> absl::StatusOr<int64_t> {
+    HYPERMAP_RETURN_IF_ERROR(call->context().caller().CheckAllMaps());
+    HYPERMAP_RETURN_IF_ERROR(CheckShared(*facilities_.site));
+    const v1::DrainServerRequest& request = call->request();
+    Site& site = *facilities_.site;
+    const std::string server = request.server().empty() ? site.server_id() : request.server();
+    HYPERMAP_RETURN_IF_ERROR(site.SetDraining(server, !request.undo()));
+    return 0;
+  });
 }
 
 }  // namespace hypermap::server

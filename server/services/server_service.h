@@ -9,11 +9,15 @@ namespace hypermap::server {
 
 // Thread safe.
 class ServerService final
-    : public v1::ServerService::WithRawCallbackMethod_ListServers<v1::ServerService::Service> {
+    : public v1::ServerService::WithRawCallbackMethod_ListServers<
+          v1::ServerService::WithRawCallbackMethod_DrainServer<v1::ServerService::Service>> {
  public:
   explicit ServerService(const Facilities& facilities) : facilities_(facilities) {}
 
   grpc::ServerUnaryReactor* ListServers(grpc::CallbackServerContext* context,
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* DrainServer(grpc::CallbackServerContext* context,
                                         const grpc::ByteBuffer* request,
                                         grpc::ByteBuffer* response) override;
 

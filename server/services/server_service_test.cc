@@ -21,5 +21,15 @@ TEST(ServerServiceTest, AServerThatSharesNoStoreSaysSo) {
   EXPECT_THAT(status.error_message(), HasSubstr("shares its maps with no others"));
 }
 
+TEST(ServerServiceTest, AServerThatSharesNoStoreIsNotDrained) {
+  TestServer server;
+  const auto stub = v1::ServerService::NewStub(server.channel());
+  grpc::ClientContext context;
+  v1::DrainServerResponse response;
+  const grpc::Status status = stub->DrainServer(&context, {}, &response);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_THAT(status.error_message(), HasSubstr("shares its maps with no others"));
+}
+
 }  // namespace
 }  // namespace hypermap::server

@@ -22,6 +22,12 @@ void Placement::Note(const storage::Survey& survey, absl::Duration now) {
     if (server.id != server_id_) until_change_ = std::min(until_change_, server.lease_left);
   }
   servers_ = std::move(servers);
+  all_drained_ = std::all_of(survey.servers.begin(), survey.servers.end(),
+                             [](const auto& server) { return server.draining; });
+  may_take_.clear();
+  for (const storage::Survey::Server& server : survey.servers) {
+    if (all_drained_ || !server.draining) may_take_.push_back(server.id);
+  }
   std::map<std::string, absl::Duration> unowned;
   for (const storage::Survey::Map& map : survey.maps) {
     if (!map.owner.empty()) continue;
@@ -56,22 +62,24 @@ bool Placement::HasLost(const storage::Survey::Map& map) const {
 }
 
 std::vector<std::string> Placement::Homes(absl::Duration now) const {
-  std::vector<std::string> settled, all;
-  for (const auto& [server, since] : servers_) {
-    all.push_back(server);
-    if (now - since >= kSettle) settled.push_back(server);
+  std::vector<std::string> settled;
+  for (const std::string& server : may_take_) {
+    if (now - servers_.at(server) >= kSettle) settled.push_back(server);
   }
-  return settled.empty() ? all : settled;
+  return settled.empty() ? may_take_ : settled;
 }
 
 bool Placement::ShouldOwn(const storage::Survey::Map& map, bool is_home, bool is_owner,
                           absl::Duration now) const {
   // Without a lease of its own it would lose what it takes at once, and keeps what it has.
   if (!servers_.contains(server_id_)) return is_owner;
-  // This server has it, or had it before it was started again.
-  if (map.owner == server_id_) return is_home || !is_owner;
+  // This server has it, had it before it was started again, or could not give it back. Then it
+  // takes the map also to give it back, because no other server can.
+  if (map.owner == server_id_) return is_home || all_drained_ || !is_owner;
   if (!map.owner.empty()) return false;
-  return is_home || now - unowned_.at(map.name) >= kPatience;
+  const bool may_take =
+      std::find(may_take_.begin(), may_take_.end(), server_id_) != may_take_.end();
+  return is_home || (may_take && now - unowned_.at(map.name) >= kPatience);
 }
 
 std::vector<Placement::Task> Placement::Plan(const storage::Survey& survey,

@@ -17,6 +17,9 @@ namespace hypermap::server {
 // Every server plans for itself, by the same survey and the same rule (map_assignment.h), and so
 // they agree mostly. That two of them don't agree does no harm, because the store gives a map to
 // one of them only. Not thread safe.
+//
+// A server that is drained owns no maps. If all that live are drained, each keeps those that it
+// has, and all take those of servers that go.
 class Placement {
  public:
   // A server that has just come gets no maps of others for so long, lest maps move to and fro while
@@ -72,7 +75,8 @@ class Placement {
   bool HasLost(const storage::Survey::Map& map) const;
   // Notes which servers and which maps without an owner there are, since when.
   void Note(const storage::Survey& survey, absl::Duration now);
-  // The servers among which maps are divided: those that have settled, or all if none has.
+  // The servers among which maps are divided: of those that may take maps, the ones that have
+  // settled, or all if none has.
   std::vector<std::string> Homes(absl::Duration now) const;
   // `is_home`: the map belongs to this server.
   bool ShouldOwn(const storage::Survey::Map& map, bool is_home, bool is_owner,
@@ -81,6 +85,8 @@ class Placement {
   const std::string server_id_;
   std::map<std::string, absl::Duration> servers_;  // id -> since when it lives
   std::map<std::string, std::string> addresses_;   // of these
+  bool all_drained_ = false;                       // these
+  std::vector<std::string> may_take_;              // those of them that may take maps
   std::map<std::string, absl::Duration> unowned_;  // map -> since when it has no owner
   std::map<std::string, Shown> shown_;             // map -> the newest revision, also once closed
   absl::Duration until_change_ = absl::InfiniteDuration();

@@ -175,6 +175,57 @@ TEST(PlacementTest, MapWhoseRevisionsTheStoreHasLostIsRenewed) {
   EXPECT_EQ(plan({{"site", true, false, 8, 5}}).action, Action::kOwn);
 }
 
+// What server "a", which has "site" open as its owner, does with it.
+Action ActionOfOwner(const Survey& survey) {
+  Placement placement("a");
+  return placement.Plan(survey, {{"site", true, false, 7}}, absl::ZeroDuration())[0].action;
+}
+
+// What server "a", which has nothing open, does with "site", which has no owner.
+Action ActionOfFollower(const Survey& survey) {
+  Placement placement("a");
+  placement.Plan(survey, {}, absl::ZeroDuration());
+  return placement.Plan(survey, {}, 2 * Placement::kPatience)[0].action;
+}
+
+TEST(PlacementTest, ServerThatIsDrainedGivesItsMapsAwayAndTakesNone) {
+  Survey owned = SurveyOf({"a", "b"}, {"site"}, "a");
+  Survey unowned = SurveyOf({"a", "b"}, {"site"});
+  owned.servers[0].draining = unowned.servers[0].draining = true;
+  EXPECT_EQ(ActionOfOwner(owned), Action::kFollow);
+  EXPECT_EQ(ActionOfFollower(unowned), Action::kFollow);
+  Placement other("b");
+  EXPECT_EQ(other.Plan(unowned, {}, absl::ZeroDuration())[0].action, Action::kOwn);
+}
+
+TEST(PlacementTest, ServersThatAreAllDrainedOwnMaps) {
+  Survey owned = SurveyOf({"a", "b"}, {"site"}, "a");
+  Survey unowned = SurveyOf({"a", "b"}, {"site"});
+  for (Survey* const survey : {&owned, &unowned}) {
+    for (Survey::Server& server : survey->servers) server.draining = true;
+  }
+  EXPECT_EQ(ActionOfOwner(owned), Action::kKeep);
+  EXPECT_EQ(ActionOfFollower(unowned), Action::kOwn);
+}
+
+TEST(PlacementTest, MapsOfADrainedServerGoToOneThatHasNotSettled) {
+  Placement placement("a");
+  const Placement::Listed owned{"site", true, false, 7};
+  Survey survey = SurveyOf({"a"}, {"site"}, "a");
+  survey.servers[0].draining = true;
+  EXPECT_EQ(placement.Plan(survey, {owned}, absl::ZeroDuration())[0].action, Action::kKeep);
+  survey.servers.push_back({"b", "b:1"});
+  EXPECT_EQ(placement.Plan(survey, {owned}, absl::Seconds(1))[0].action, Action::kFollow);
+}
+
+TEST(PlacementTest, MapThatCouldNotBeGivenBackIsTakenAgain) {
+  Placement placement("a");
+  Survey survey = SurveyOf({"a", "b"}, {"site"}, "a");
+  survey.servers[0].draining = true;
+  const Placement::Listed followed{"site", true, true, 7};
+  EXPECT_EQ(placement.Plan(survey, {followed}, absl::ZeroDuration())[0].action, Action::kOwn);
+}
+
 TEST(PlacementTest, MapThatIsGoneIsForgotten) {
   Placement placement("a");
   const auto tasks =

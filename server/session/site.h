@@ -137,6 +137,9 @@ class Site {
   std::string server_id() const { return store_->server_id(); }
   absl::Duration LeaseAge() const { return store_->LeaseAge(); }
   absl::StatusOr<storage::Survey> TakeSurvey() { return store_->TakeSurvey(); }
+  absl::Status SetDraining(const std::string& server_id, bool draining) {
+    return store_->SetDraining(server_id, draining);
+  }
 
   // As MapStore::RemoveOldTrash, by the server's clock.
   absl::Status RemoveOldTrash() { return store_->RemoveOldTrash(clock().Now()); }

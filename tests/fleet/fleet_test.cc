@@ -1,4 +1,5 @@
 // Sites that share a database: each map has one owner, and all sites show it.
+#include <algorithm>
 #include <chrono>
 #include <future>
 #include <memory>
@@ -214,6 +215,7 @@ TEST_F(FleetTest, ASurveyTellsHowLongLeasesLast) {
   EXPECT_EQ(survey->servers[0].id, "a");
   EXPECT_GT(survey->servers[0].lease_left, absl::ZeroDuration());
   EXPECT_LE(survey->servers[0].lease_left, kLease);
+  EXPECT_FALSE(survey->servers[0].draining);
   EXPECT_EQ(survey->servers[1].id, "long");
   EXPECT_GT(survey->servers[1].lease_left, absl::Minutes(50));
   EXPECT_LE(survey->servers[1].lease_left, absl::Hours(1));
@@ -354,6 +356,56 @@ TEST_F(FleetTest, MapsThatAreMadeAndDeletedElsewhereComeAndGo) {
   EXPECT_EQ((*one->Find("site"))->incarnation(), (*other->Find("site"))->incarnation());
 }
 
+int CountOwned(const Site& site) {
+  const std::vector<Site::Entry> maps = site.List();
+  return static_cast<int>(std::count_if(maps.begin(), maps.end(), [](const Site::Entry& map) {
+    return map.session != nullptr && !map.session->is_follower();
+  }));
+}
+
+TEST_F(FleetTest, ADrainedSiteOwnsNoMaps) {
+  constexpr int kMaps = 12;
+  auto first = OpenSite("a");
+  for (int i = 0; i < kMaps; ++i) {
+    ASSERT_TRUE(first->Create({absl::StrCat("map-", i), "map", "make"}).ok());
+  }
+  const auto second = OpenSite("b");
+  ASSERT_EQ(second->SetDraining("a", true), absl::OkStatus());
+  EXPECT_TRUE(Await([&] { return CountOwned(*second) == kMaps && CountOwned(*first) == 0; }));
+  // One that is made there is given away as well.
+  ASSERT_TRUE(first->Create({"new", "map", "make"}).ok());
+  EXPECT_TRUE(Await([&] { return IsOwner(*second, "new") && !IsOwner(*first, "new"); }));
+  ASSERT_EQ(first->SetDraining("a", false), absl::OkStatus());
+  EXPECT_TRUE(Await([&] { return CountOwned(*first) > 1; }));
+  // Nobody owned maps if all were drained; so then all may.
+  ASSERT_EQ(second->SetDraining("a", true), absl::OkStatus());
+  ASSERT_EQ(second->SetDraining("b", true), absl::OkStatus());
+  EXPECT_TRUE(Await([&] { return CountOwned(*first) + CountOwned(*second) == kMaps + 1; }));
+}
+
+TEST_F(FleetTest, ASiteThatIsOpenedAnewIsNotDrained) {
+  auto site = OpenSite("a");
+  const auto is_draining = [&] {
+    const absl::StatusOr<storage::Survey> survey = site->TakeSurvey();
+    EXPECT_TRUE(survey.ok()) << survey.status();
+    return survey.ok() && survey->servers.at(0).draining;
+  };
+  ASSERT_EQ(site->SetDraining("a", true), absl::OkStatus());
+  EXPECT_TRUE(is_draining());
+  // As if the process had been killed, which leaves its row.
+  auto later = OpenSite("a");
+  EXPECT_FALSE(is_draining());
+}
+
+TEST_F(FleetTest, OnlySitesThatLiveAreDrained) {
+  const auto site = OpenSite("a");
+  Execute(
+      "INSERT INTO hypermap.servers (id, address, session, lease_until) VALUES "
+      "('gone', '', 1, now() - interval '1 second')");
+  EXPECT_EQ(site->SetDraining("gone", true).code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(site->SetDraining("other", true).code(), absl::StatusCode::kNotFound);
+}
+
 TEST_F(FleetTest, MapsAreSharedOutAmongTheSites) {
   constexpr int kMaps = 12;
   const auto first = OpenSite("a");
@@ -363,14 +415,9 @@ TEST_F(FleetTest, MapsAreSharedOutAmongTheSites) {
     ASSERT_TRUE(Edit(*first, map, {{CreateLayer{SemanticSpec("s")}}}).ok());
   }
   const auto second = OpenSite("b");
-  const auto count_owned = [&](Site& site) {
-    int owned = 0;
-    for (int i = 0; i < kMaps; ++i) owned += IsOwner(site, absl::StrCat("map-", i)) ? 1 : 0;
-    return owned;
-  };
   EXPECT_TRUE(Await([&] {
-    const int owned = count_owned(*second);
-    return owned > 1 && count_owned(*first) == kMaps - owned;
+    const int owned = CountOwned(*second);
+    return owned > 1 && CountOwned(*first) == kMaps - owned;
   }));
   // Each map is written by one of them, and shown by both.
   for (int i = 0; i < kMaps; ++i) {

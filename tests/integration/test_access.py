@@ -22,7 +22,7 @@ NEEDED = {
     "CreateMap": ADMIN, "DeleteLayer": EDITOR,
     "DeleteMap": ADMIN, "ExportMap": READER, "GetLayer": READER, "GetMap": READER,
     "ImportMap": ADMIN, "ListLayers": READER, "ListMaps": READER,
-    "ListServers": READER, "ListTransforms": READER,
+    "DrainServer": ADMIN, "ListServers": READER, "ListTransforms": READER,
     "SetTransform": EDITOR, "ApplyEdits": EDITOR, "ClaimGoal": ROBOT, "GetExploration": READER,
     "ListExplorations": READER, "ListFrontiers": READER, "ReleaseGoal": ROBOT, "RenewGoal": ROBOT,
     "StartExploration": EDITOR, "StopExploration": EDITOR, "ExplainObject": READER,
@@ -31,6 +31,8 @@ NEEDED = {
     "ListChanges": READER, "ListRevisions": READER, "Replicate": READER, "Watch": READER,
     "ListRobots": READER, "Report": ROBOT, "WatchRobots": READER,
 }
+# Rpcs for which the role for some maps is not enough.
+OF_ALL_MAPS = {"DrainServer"}
 # The worker serves it, not hypermapd.
 OTHER_SERVICES = {"FrameService"}
 
@@ -115,6 +117,7 @@ class Table(Site):
         root.sign("stranger", names="DNS:stranger.example")
         self.tokens = {role: self.create(f"a {role}", "--role", role, "--map", "site*")
                        for role in ROLES}
+        self.tokens["admin of all maps"] = self.create("admin of all", "--role", ADMIN)
         self.tokens["wrong map"] = self.create("admin of others", "--role", ADMIN,
                                                "--map", "other-*")
         self.tokens["expired"] = self.create("late", "--role", ADMIN, "--expires_in", "1s")
@@ -157,6 +160,7 @@ class Table(Site):
             "expired": (self.caller(self.tokens["expired"]), None),
             "strange certificate": (self.caller(certificate="stranger"), None),
             "wrong map": (self.caller(self.tokens["wrong map"]), ADMIN),
+            "admin of all maps": (self.caller(self.tokens["admin of all maps"]), ADMIN),
             **{role: (self.caller(self.tokens[role]), role) for role in ROLES},
             "certificate": (self.caller(certificate="robot"), ROBOT),
         }
@@ -167,6 +171,8 @@ class Table(Site):
                 allowed = role and ROLES.index(role) >= ROLES.index(NEEDED[method.name])
                 if name == "wrong map":
                     allowed = method.name in ("GetCaller", "ListMaps", "ListServers")
+                elif method.name in OF_ALL_MAPS:
+                    allowed = name == "admin of all maps"
                 wanted[method.name, name] = None if allowed else DENIED if role else UNKNOWN
 
         before = self.state()

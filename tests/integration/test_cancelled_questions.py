@@ -34,6 +34,7 @@ NOT_CANCELLED = {
     "RenewGoal": "writes one object; it does not look at floor",
     "ListRevisions": "a page of at most 10,000 records",
     "Report": "one report, of at most some KiB",
+    "DrainServer": "one statement, whose wait has an end",
     "ListServers": "one look at the database, whose wait has an end",
     "ListRobots": "at most --max_robots reports, which are in memory",
     "StreamFrames": "served by hypermap-ingest, whose frames are those of one robot",
