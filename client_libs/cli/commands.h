@@ -67,8 +67,8 @@ void AddExploreCommands(CLI::App& app, Command& selected);
 // Adds robots.
 void AddRobotsCommand(CLI::App& app, Command& selected);
 
-// Adds servers.
-void AddServersCommand(CLI::App& app, Command& selected);
+// Adds servers, server drain.
+void AddServersCommands(CLI::App& app, Command& selected);
 
 // Adds whoami.
 void AddWhoamiCommand(CLI::App& app, Command& selected);

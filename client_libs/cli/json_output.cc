@@ -278,8 +278,10 @@ class JsonOutput : public Output {
   void Show(const client::ServerList& list) override {
     Json servers = Json::array();
     for (const client::ServerList::Server& server : list.servers) {
-      servers.push_back(
-          {{"id", server.id}, {"address", server.address}, {"maps", server.num_maps}});
+      servers.push_back({{"id", server.id},
+                         {"address", server.address},
+                         {"maps", server.num_maps},
+                         {"draining", server.draining}});
     }
     Json maps = Json::array();
     for (const client::ServerList::Map& map : list.maps) {
@@ -294,6 +296,10 @@ class JsonOutput : public Output {
       maps.push_back(std::move(json));
     }
     Print({{"answered_by", list.answered_by}, {"servers", servers}, {"maps", maps}});
+  }
+
+  void Show(const ServerState& server) override {
+    Print({{"server", server.id}, {"draining", server.draining}});
   }
 
   void Show(const std::vector<MigratedMap>& maps) override {

@@ -361,13 +361,17 @@ TEST(JsonOutputTest, ALogListsRevisions) {
 TEST(JsonOutputTest, ServersHaveTheirMaps) {
   EXPECT_EQ(
       AsJson(client::ServerList{"b",
-                                {{"a", "10.0.0.1:50051", 1}},
+                                {{"a", "10.0.0.1:50051", 1, true}},
                                 {{"attic", "", 3, std::nullopt, 7}, {"office", "a", 9, 7, 8}}}),
-      R"({"answered_by":"b","servers":[{"id":"a","address":"10.0.0.1:50051","maps":1}],)"
+      R"({"answered_by":"b","servers":[{"id":"a","address":"10.0.0.1:50051","maps":1,"draining":true}],)"
       R"("maps":[{"name":"attic","owner":"","stored_revision":3,"incarnation":"7"},)"
       R"({"name":"office","owner":"a","stored_revision":9,"incarnation":"8","revision":7,)"
       R"("lag":2}]})"
       "\n");
+}
+
+TEST(JsonOutputTest, AServerTellsWhetherItIsDrained) {
+  EXPECT_EQ(AsJson(ServerState{"a", true}), "{\"server\":\"a\",\"draining\":true}\n");
 }
 
 TEST(JsonOutputTest, ACallerHasItsRights) {

@@ -114,6 +114,12 @@ struct RevokedToken {
   std::string id;
 };
 
+// A server that may own maps, or is drained.
+struct ServerState {
+  std::string id;
+  bool draining = false;
+};
+
 // A change between two revisions.
 struct DifferenceChange {
   Revision revision = 0;           // the later one
@@ -134,6 +140,7 @@ class Output {
   virtual void Show(const Done& done) = 0;
   virtual void Show(const client::CallerAnswer& caller) = 0;
   virtual void Show(const client::ServerList& list) = 0;
+  virtual void Show(const ServerState& server) = 0;
   virtual void Show(const std::vector<CheckedMap>& maps) = 0;
   virtual void Show(const client::DigestAnswer& answer) = 0;
   virtual void Show(const std::vector<MigratedMap>& maps) = 0;

@@ -117,7 +117,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   AddIngestCommands(app, command);
   AddExploreCommands(app, command);
   AddRobotsCommand(app, command);
-  AddServersCommand(app, command);
+  AddServersCommands(app, command);
   AddWhoamiCommand(app, command);
   AddTokenCommands(app, command);
   AddEvalCommand(app, command);

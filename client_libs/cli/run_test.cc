@@ -32,6 +32,7 @@ TEST(RunTest, CommandLinesBecomeRequests) {
   const std::string triangle = "area { outer { xs: -1 xs: 2 xs: 2 ys: -1 ys: -1 ys: 3 } }";
   const CommandLine lines[] = {
       {{"servers"}, "ListServers"},
+      {{"server", "drain", "a", "--undo"}, R"(DrainServer server: "a" undo: true)"},
       {{"whoami"}, "GetCaller"},
       {{"maps"}, "ListMaps"},
       {{"map", "create", "office", "--frame", "site"},

@@ -141,9 +141,10 @@ class TableOutput : public Output {
   }
 
   void Show(const client::ServerList& list) override {
-    TextTable servers({"SERVER", "ADDRESS", "MAPS"});
+    TextTable servers({"SERVER", "ADDRESS", "MAPS", "STATE"});
     for (const client::ServerList::Server& server : list.servers) {
-      servers.AddRow({server.id, server.address, absl::StrCat(server.num_maps)});
+      servers.AddRow({server.id, server.address, absl::StrCat(server.num_maps),
+                      server.draining ? "draining" : "-"});
     }
     servers.Print(out_);
     out_ << '\n';
@@ -154,6 +155,10 @@ class TableOutput : public Output {
                    map.revision ? absl::StrCat(map.lag()) : "-"});
     }
     maps.Print(out_);
+  }
+
+  void Show(const ServerState& server) override {
+    out_ << server.id << (server.draining ? " owns no map" : " may own maps") << '\n';
   }
 
   void Show(const std::vector<CheckedMap>& maps) override {

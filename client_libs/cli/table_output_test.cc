@@ -248,16 +248,21 @@ TEST(TableOutputTest, ServersAndTheirMapsHaveRows) {
   EXPECT_EQ(
       AsTable(client::ServerList{
           "b",
-          {{"a", "10.0.0.1:50051", 1}, {"b", "10.0.0.2:50051", 0}},
+          {{"a", "10.0.0.1:50051", 1}, {"b", "10.0.0.2:50051", 0, true}},
           {{"attic", "", 3, std::nullopt, 7}, {"office", "a", 9, 7, 8}, {"yard", "a", 5, 6, 9}}}),
-      "SERVER  ADDRESS         MAPS\n"
-      "a       10.0.0.1:50051     1\n"
-      "b       10.0.0.2:50051     0\n"
+      "SERVER  ADDRESS         MAPS  STATE\n"
+      "a       10.0.0.1:50051     1  -\n"
+      "b       10.0.0.2:50051     0  draining\n"
       "\n"
       "MAP     OWNER  REVISION  LAG OF b\n"
       "attic   -             3  -\n"
       "office  a             9  2\n"
       "yard    a             5  0\n");
+}
+
+TEST(TableOutputTest, AServerTellsWhetherItIsDrained) {
+  EXPECT_EQ(AsTable(ServerState{"a", true}), "a owns no map\n");
+  EXPECT_EQ(AsTable(ServerState{"a", false}), "a may own maps\n");
 }
 
 TEST(GridSummaryTest, NamesTheValuesOfTheKind) {

@@ -55,6 +55,13 @@ absl::StatusOr<ServerList> Client::ListServers(const CallOptions& options) {
   return wire::DecodeServerList(response);
 }
 
+absl::Status Client::DrainServer(const std::string& server, bool undo, const CallOptions& options) {
+  v1::DrainServerRequest request;
+  request.set_server(server);
+  request.set_undo(undo);
+  return connection_->Call(&v1::ServerService::Stub::DrainServer, request, options).status();
+}
+
 absl::StatusOr<MapEntry> Client::CreateMap(const std::string& map, const std::string& frame_id,
                                            const CallOptions& options) {
   v1::CreateMapRequest request;

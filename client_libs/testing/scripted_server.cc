@@ -424,6 +424,11 @@ class ScriptedServer::Sharing : public v1::ServerService::Service {
     *response = server_.script_.servers;
     return server_.script_.status;
   }
+  grpc::Status DrainServer(grpc::ServerContext*, const v1::DrainServerRequest* request,
+                           v1::DrainServerResponse*) override {
+    if (server_.Note("DrainServer", *request)) return kOutage;
+    return server_.script_.status;
+  }
 
  private:
   ScriptedServer& server_;

@@ -144,6 +144,27 @@ def test_servers_and_owners_are_listed(servers: list[Server]) -> None:
     assert shared.stored_revision == shared.revision == 1
 
 
+def await_owner(client: Client, owner: str) -> None:
+    deadline = time.monotonic() + DEADLINE_S
+    while [shared.owner for shared in client.list_servers().maps] != [owner]:
+        assert time.monotonic() < deadline
+        time.sleep(0.01)
+
+
+def test_a_server_is_drained(servers: list[Server]) -> None:
+    with Client(servers[0].address) as client:
+        site = make_map(client)
+        client.drain_server()
+        await_owner(client, "b")
+        assert [s.draining for s in client.list_servers().servers] == [True, False]
+        assert client.apply_edits(site, put("cup")).revision == 2
+        client.drain_server("a", undo=True)
+        client.drain_server("b")
+        await_owner(client, "a")
+        with pytest.raises(NotFound, match="no server"):
+            client.drain_server("c")
+
+
 def test_a_server_that_shares_nothing_says_so(client: Client) -> None:
     with pytest.raises(Unimplemented, match="shares its maps with no others"):
         client.list_servers()

@@ -73,6 +73,7 @@ LIST_ROBOTS = _rpc("RobotService", robots.ListRobotsRequest, robots.ListRobotsRe
 WATCH_ROBOTS = _rpc("RobotService", robots.WatchRobotsRequest, robots.WatchRobotsResponse)
 
 LIST_SERVERS = _rpc("ServerService", servers.ListServersRequest, servers.ListServersResponse)
+DRAIN_SERVER = _rpc("ServerService", servers.DrainServerRequest, servers.DrainServerResponse)
 
 WATCH = _rpc("WatchService", watch.WatchRequest, watch.WatchResponse)
 LIST_CHANGES = _rpc("WatchService", watch.ListChangesRequest, watch.ListChangesResponse)

@@ -12,11 +12,13 @@ class SharingServer:
     id: its name among the servers that share the store.
     address: address at which the other servers reach it; may be empty.
     num_maps: number of the listed maps that it owns.
+    draining: whether it gives its maps to the others and takes none.
     """
 
     id: str
     address: str
     num_maps: int
+    draining: bool
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

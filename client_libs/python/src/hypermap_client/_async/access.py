@@ -1,4 +1,4 @@
-"""The calls that tell who the caller is, and which servers there are."""
+"""The calls about the caller, and about servers that share a database."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .connection import Connection
 
 
 class Access(Connection):
-    """The calls that tell who the caller is, and which servers there are."""
+    """The calls about the caller, and about servers that share a database."""
 
     async def whoami(self, *, timeout: float | None = None) -> Caller:
         """Returns who the caller is to the server, and what it may do.
@@ -29,3 +29,17 @@ class Access(Connection):
         """
         request = servers.ListServersRequest()
         return decode_servers(await self._call(rpc.LIST_SERVERS, request, timeout))
+
+    async def drain_server(
+        self, server: str = "", *, undo: bool = False, timeout: float | None = None
+    ) -> None:
+        """Has a server give its maps to the others, and take none until it is started anew.
+
+        `server` is its id; empty: the server that is asked. With `undo` it takes maps again.
+        Returns before maps have moved: `list_servers` tells which ones the server still owns.
+
+        Raises NotFound if no such server lives, and Unimplemented if the server that is asked has
+        its maps for itself.
+        """
+        request = servers.DrainServerRequest(server=server, undo=undo)
+        await self._call(rpc.DRAIN_SERVER, request, timeout)

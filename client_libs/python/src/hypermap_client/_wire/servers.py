@@ -10,7 +10,8 @@ def decode_servers(message: pb.ListServersResponse) -> ServerList:
     return ServerList(
         answered_by=message.answered_by,
         servers=tuple(
-            SharingServer(id=s.id, address=s.address, num_maps=s.map_count) for s in message.servers
+            SharingServer(id=s.id, address=s.address, num_maps=s.map_count, draining=s.draining)
+            for s in message.servers
         ),
         maps=tuple(
             SharedMap(
