@@ -19,7 +19,7 @@ import unittest
 import urllib.parse
 
 import rpc
-from processes import DEADLINE_S, ROOT, Server, SiteTest, lasting_port
+from processes import BIN, DEADLINE_S, ROOT, Server, SiteTest, lasting_port
 
 _databases = itertools.count(1)
 
@@ -202,6 +202,11 @@ def _has(client, map_name, revision):
         raise
 
 
+def changes(events):
+    """Yields the events of a watch without those that only tell its progress."""
+    return (event for event in events if "time" in event)
+
+
 class FleetTest(SiteTest):
     """A test case with a cluster for all its tests, and servers on a database for each."""
 
@@ -213,3 +218,11 @@ class FleetTest(SiteTest):
         servers = self.enterContext(Servers(self.cluster, self.folder))
         servers.start(number, *flags)
         return servers
+
+    def begin(self, addresses, *arguments):
+        """Starts a command with the addresses of servers, which ends with the test."""
+        command = subprocess.Popen(
+            [BIN / "hypermap", "--server", addresses, *map(str, arguments)],
+            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        self.addCleanup(command.kill)
+        return command

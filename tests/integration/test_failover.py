@@ -16,13 +16,8 @@ import grpc
 
 import rpc
 import sites
-from shared_database import FleetTest, Pgbouncer, Servers
-from processes import BIN, DEADLINE_S, cli, start_and_fail
-
-
-def changes(events):
-    """Yields the events of a watch without those that only tell its progress."""
-    return (event for event in events if "time" in event)
+from shared_database import FleetTest, Pgbouncer, Servers, changes
+from processes import DEADLINE_S, cli, start_and_fail
 
 
 def metrics(server):
@@ -48,14 +43,6 @@ class FailoverTest(FleetTest):
         super().setUp()
         self.fleet = self.servers(2)
 
-    def begin(self, *arguments, servers=None):
-        """Starts a command with the addresses of all servers, which ends with the test."""
-        command = subprocess.Popen(
-            [BIN / "hypermap", "--server", servers or self.fleet.addresses, *map(str, arguments)],
-            stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        self.addCleanup(command.kill)
-        return command
-
     def test_a_folder_of_temporary_files_has_one_server(self):
         code, log = start_and_fail(self.fleet.folder_of(0), f"--store={self.fleet.store}",
                                    "--server_id=other")
@@ -74,11 +61,11 @@ class FailoverTest(FleetTest):
         self.check_load(f"{self.fleet[1].address},{self.fleet[0].address}", killed=[0])
 
     def check_load(self, addresses, killed):
-        load = self.begin("--json", "bench", "site", "--robots=4", "--observe_hz=2", "--replicas=3",
-                          "--full_replicas=2", "--watchers=3", "--editors=3", "--edits_hz=10",
-                          "--warmup_seconds=1", f"--seconds={12 * len(killed)}", servers=addresses)
+        load = self.begin(addresses, "--json", "bench", "site", "--robots=4", "--observe_hz=2",
+                          "--replicas=3", "--full_replicas=2", "--watchers=3", "--editors=3",
+                          "--edits_hz=10", "--warmup_seconds=1", f"--seconds={12 * len(killed)}")
         self.await_revisions(40)
-        watch = self.begin("--json", "watch", "site", "--from=0", servers=addresses)
+        watch = self.begin(addresses, "--json", "watch", "site", "--from=0")
         for i in killed:
             self.assertEqual(self.fleet.owner_of("site"), i)
             self.fleet.kill(i)
@@ -176,7 +163,7 @@ class FailoverTest(FleetTest):
         with rpc.Client(self.fleet[0].address) as client:
             sites.make(client)
         self.fleet.await_map("site", revision=3)
-        watch = self.begin("--json", "watch", "site")
+        watch = self.begin(self.fleet.addresses, "--json", "watch", "site")
         self.assertTrue(watch.stdout.readline())
         self.fleet[0].signal(signal.SIGSTOP)
         self.addCleanup(self.fleet[0].signal, signal.SIGCONT)
