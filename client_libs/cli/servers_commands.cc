@@ -24,7 +24,7 @@ struct DrainOptions {
   bool undo = false;
 };
 
-absl::Status List(Session& s) {
+absl::Status ListServers(Session& s) {
   HYPERMAP_ASSIGN_OR_RETURN(const ServerList list, s.client.ListServers());
   s.output.Show(list);
   return absl::OkStatus();
@@ -55,7 +55,7 @@ absl::Status AwaitNoMaps(const std::string& id, Session& s) {
   }
 }
 
-absl::Status Drain(const DrainOptions& options, Session& s) {
+absl::Status DrainServer(const DrainOptions& options, Session& s) {
   HYPERMAP_RETURN_IF_ERROR(s.client.DrainServer(options.server, options.undo));
   if (!options.undo) HYPERMAP_RETURN_IF_ERROR(AwaitNoMaps(options.server, s));
   s.output.Show(ServerState{options.server, !options.undo});
@@ -67,7 +67,7 @@ absl::Status Drain(const DrainOptions& options, Session& s) {
 void AddServersCommands(CLI::App& app, Command& selected) {
   CLI::App* servers = app.add_subcommand(
       "servers", "List the servers that share a database, and who owns each map");
-  servers->callback([&selected] { selected = List; });
+  servers->callback([&selected] { selected = ListServers; });
 
   auto options = std::make_shared<DrainOptions>();
   CLI::App* server =
@@ -79,8 +79,9 @@ void AddServersCommands(CLI::App& app, Command& selected) {
       ->required()
       ->type_name("ID");
   drain->add_flag("--undo", options->undo, "Let the server own maps again");
-  drain->callback(
-      [&selected, options] { selected = [options](Session& s) { return Drain(*options, s); }; });
+  drain->callback([&selected, options] {
+    selected = [options](Session& s) { return DrainServer(*options, s); };
+  });
 }
 
 }  // namespace hypermap::cli

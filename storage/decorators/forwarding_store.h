@@ -2,6 +2,7 @@
 #ifndef HYPERMAP_STORAGE_DECORATORS_FORWARDING_STORE_H_
 #define HYPERMAP_STORAGE_DECORATORS_FORWARDING_STORE_H_
 
+#include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
@@ -23,10 +24,17 @@ class ForwardingStore : public MapStore {
   std::string server_id() const override { return store_->server_id(); }
   void Advertise(const std::string& address) override { store_->Advertise(address); }
   absl::Duration LeaseAge() const override { return store_->LeaseAge(); }
+  absl::Status SetDraining(const std::string& server_id, bool draining) override {
+    return store_->SetDraining(server_id, draining);
+  }
   absl::StatusOr<Survey> TakeSurvey() override { return store_->TakeSurvey(); }
   absl::StatusOr<std::map<std::string, NewestRevision>> NewestRevisions(
       const std::vector<std::string>& names) override {
     return store_->NewestRevisions(names);
+  }
+  absl::Status RenewIncarnation(const std::string& name, uint64_t incarnation,
+                                Revision shown) override {
+    return store_->RenewIncarnation(name, incarnation, shown);
   }
   absl::StatusOr<std::unique_ptr<StoredMap>> Follow(const std::string& name) override {
     return store_->Follow(name);

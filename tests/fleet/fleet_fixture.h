@@ -11,6 +11,7 @@
 #include "absl/time/clock.h"
 #include "gtest/gtest.h"
 #include "server/session/site.h"
+#include "storage/decorators/metered_store.h"
 #include "storage/libpq/connection.h"
 #include "storage/libpq/testing/cluster.h"
 #include "storage/postgres/postgres_store.h"
@@ -34,7 +35,9 @@ class FleetTest : public ::testing::Test {
     options.lease = kLease;
     auto store = storage::OpenPostgresStore(options);
     EXPECT_TRUE(store.ok()) << store.status();
-    auto site = Site::Open(*std::move(store), session);
+    // As in hypermapd.
+    static storage::StoreMeters meters;
+    auto site = Site::Open(storage::MakeMeteredStore(*std::move(store), &meters), session);
     EXPECT_TRUE(site.ok()) << site.status();
     (*site)->Advertise(absl::StrCat(id, ":1"));
     return *std::move(site);
