@@ -1,7 +1,10 @@
 #include "storage/postgres/evidence_check.h"
 
+#include <string>
+
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "base/status/status_macros.h"
 #include "storage/postgres/each_row.h"
 #include "storage/postgres/fusion_rows.h"
@@ -10,7 +13,24 @@
 namespace hypermap::storage::postgres {
 namespace {
 
-// The columns of EvidenceTable::sql. The size is NULL if the bytes are not compressed.
+// $map stands for the number of the map and $name for kEntryName. The size is NULL if the bytes are
+// not compressed.
+constexpr EvidenceTable kEvidenceTables[] = {
+    {kObservationsTable,
+     "SELECT stamp_ns, robot, sequence, number, '', '', body_size, body, $name "
+     "FROM (SELECT *, 0::bigint AS number FROM hypermap.observations WHERE map = $map) AS o"},
+    {"hypermap.operator_facts",
+     "SELECT stamp_ns, robot, sequence, number, kind, track, NULL::bigint, body, $name "
+     "FROM hypermap.operator_facts WHERE map = $map"},
+    {"hypermap.fusion_bases",
+     "SELECT stamp_ns, robot, sequence, number, '', '', state_size, state, $name "
+     "FROM hypermap.fusion_bases WHERE map = $map",
+     /*has_states=*/true},
+    {kCheckpointsTable,
+     "SELECT stamp_ns, robot, sequence, number, '', '', state_size, state, $name "
+     "FROM hypermap.fusion_checkpoints WHERE map = $map",
+     /*has_states=*/true},
+};
 constexpr int kKindColumn = 4;
 constexpr int kSizeColumn = 6;
 constexpr int kBytesColumn = 7;
@@ -35,35 +55,17 @@ absl::Status CheckRow(Rows* row, const EvidenceTable& table, const EvidenceCheck
 
 }  // namespace
 
-std::vector<EvidenceTable> EvidenceTables(int64_t map) {
-  const auto select = [map](absl::string_view number, absl::string_view kind,
-                            absl::string_view size, absl::string_view bytes,
-                            absl::string_view table) {
-    return absl::StrCat("SELECT stamp_ns, robot, sequence, number, ", kind, ", ", size, ", ", bytes,
-                        ", ", kEntryName, " FROM (SELECT *", number, " FROM ", table,
-                        " WHERE map = ", map, ") AS e");
-  };
-  const auto states = [&](absl::string_view table) {
-    return select("", "'', ''", "state_size", "state", table);
-  };
-  constexpr char kFactsTable[] = "hypermap.operator_facts";
-  constexpr char kBasesTable[] = "hypermap.fusion_bases";
-  return {
-      {kObservationsTable,
-       select(", 0::bigint AS number", "'', ''", "body_size", "body", kObservationsTable)},
-      {kFactsTable, select("", "kind, track", "NULL::bigint", "body", kFactsTable)},
-      {kBasesTable, states(kBasesTable), /*has_states=*/true},
-      {kCheckpointsTable, states(kCheckpointsTable), /*has_states=*/true, /*can_be_rebuilt=*/true},
-  };
-}
+absl::Span<const EvidenceTable> EvidenceTables() { return kEvidenceTables; }
 
-absl::Status CheckEvidence(Connection& connection, const EvidenceTable& table,
+absl::Status CheckEvidence(Connection& connection, int64_t map, const EvidenceTable& table,
                            const EvidenceCheck& check, FindingList* findings) {
-  return ForEachRow(connection, table.sql, [&](Rows* row) -> absl::Status {
-    const absl::Status status = CheckRow(row, table, check);
+  const std::string sql =
+      absl::StrReplaceAll(table.sql, {{"$map", absl::StrCat(map)}, {"$name", kEntryName}});
+  return ForEachRow(connection, sql, [&](Rows* row) -> absl::Status {
+    absl::Status status = CheckRow(row, table, check);
     if (status.ok()) return status;
     return findings->AddDamage(table.name, std::string(row->Text(kNameColumn)),
-                               absl::DataLossError(status.message()), table.can_be_rebuilt);
+                               absl::DataLossError(status.message()));
   });
 }
 

@@ -125,9 +125,10 @@ absl::StatusOr<CheckReport> MapChecker::Run() {
   HYPERMAP_RETURN_IF_ERROR(InPart(kChangesTable, [&] { return CheckChanges(); }));
   HYPERMAP_RETURN_IF_ERROR(InPart(kReceiptsTable, [&] { return CheckReceipts(); }));
   for (const CheckRule& rule : EvidenceRules()) HYPERMAP_RETURN_IF_ERROR(CheckByRule(rule));
-  for (const EvidenceTable& table : EvidenceTables(map_)) {
-    HYPERMAP_RETURN_IF_ERROR(InPart(
-        table.name, [&] { return CheckEvidence(connection_, table, evidence_, &findings_); }));
+  for (const EvidenceTable& table : EvidenceTables()) {
+    HYPERMAP_RETURN_IF_ERROR(InPart(table.name, [&] {
+      return CheckEvidence(connection_, map_, table, evidence_, &findings_);
+    }));
   }
   return std::move(findings_).Take();
 }
@@ -157,7 +158,7 @@ absl::Status MapChecker::CheckByRule(const CheckRule& rule) {
 absl::Status MapChecker::CheckEach(const char* table, const std::string& sql, int name,
                                    absl::FunctionRef<absl::Status(Rows*)> check) {
   return ForEachRow(connection_, OfMap(sql), [&](Rows* row) -> absl::Status {
-    const absl::Status status = check(row);
+    absl::Status status = check(row);
     if (status.ok()) return status;
     // What no store would have been given is damage, too.
     return findings_.AddDamage(table, std::string(row->Text(name)),

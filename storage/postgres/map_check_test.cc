@@ -29,8 +29,7 @@ std::string AllOf(const CheckReport& report) {
 bool Has(const CheckReport& report, const Finding& like) {
   return std::any_of(report.findings.begin(), report.findings.end(), [&](const Finding& found) {
     return found.table == like.table && found.row == like.row &&
-           absl::StrContains(found.problem, like.problem) &&
-           found.can_be_rebuilt == like.can_be_rebuilt;
+           absl::StrContains(found.problem, like.problem);
   });
 }
 
@@ -128,7 +127,6 @@ struct Damage {
   const char* table;
   const char* row;
   const char* problem;
-  bool can_be_rebuilt = false;
 };
 
 void PrintTo(const Damage& damage, std::ostream* out) { *out << damage.sql; }
@@ -140,8 +138,7 @@ TEST_P(PostgresDamageCheckTest, IsFound) {
   const Damage& damage = GetParam();
   Execute(database_, damage.sql);
   const CheckReport report = Check(*map_.stored);
-  EXPECT_TRUE(Has(report, {absl::StrCat("hypermap.", damage.table), damage.row, damage.problem,
-                           damage.can_be_rebuilt}))
+  EXPECT_TRUE(Has(report, {absl::StrCat("hypermap.", damage.table), damage.row, damage.problem}))
       << AllOf(report);
 }
 
@@ -167,7 +164,7 @@ INSTANTIATE_TEST_SUITE_P(
                "number 2: time goes back"},
         Damage{"UPDATE hypermap.observations SET body = '\\x00'", "observations", kEntry, ""},
         Damage{"UPDATE hypermap.fusion_checkpoints SET state_size = 7", "fusion_checkpoints",
-               kEntry, "", true}));
+               kEntry, ""}));
 
 INSTANTIATE_TEST_SUITE_P(
     History, PostgresDamageCheckTest,

@@ -115,7 +115,7 @@ absl::StatusOr<std::vector<Receipt>> PostgresMap::FindReceipts(
 
 absl::StatusOr<MapPosition> PostgresMap::Position() {
   HYPERMAP_ASSIGN_OR_RETURN(Connection* const connection, owned_->connection());
-  const absl::StatusOr<MapPosition> position = ReadPosition(connection, owned_->map());
+  absl::StatusOr<MapPosition> position = ReadPosition(connection, owned_->map());
   if (!position.ok()) return InMap(position.status());
   return position;
 }
@@ -202,7 +202,7 @@ absl::StatusOr<bool> PostgresMap::Compact(Revision oldest, absl::Time receipts_b
 
 absl::StatusOr<int64_t> PostgresMap::BackupBytes() {
   HYPERMAP_ASSIGN_OR_RETURN(Connection* const connection, owned_->connection());
-  const absl::StatusOr<int64_t> bytes = BytesOfFileBackup(*connection, owned_->map());
+  absl::StatusOr<int64_t> bytes = BytesOfFileBackup(*connection, owned_->map());
   if (!bytes.ok()) return InMap(bytes.status());
   return bytes;
 }

@@ -535,7 +535,7 @@ std::string PostgresStore::FileStamp(const std::string& name) {
 absl::Status PostgresStore::Delete(const std::string& name, const std::string& request_id) {
   HYPERMAP_RETURN_IF_ERROR(ValidateName("map", name));
   std::optional<int64_t> deleted;
-  const absl::Status status = Change(
+  absl::Status status = Change(
       [&](Connection* connection) { return DeleteIn(connection, name, request_id, &deleted); });
   if (status.ok()) UpdateViews();
   return status;

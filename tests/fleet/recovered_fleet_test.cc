@@ -71,9 +71,15 @@ class RecoveredFleetTest : public FleetTest {
     return receipt.ok() ? receipt->revision : 0;
   }
 
+  // Waits while the map changes hands.
   static uint64_t IncarnationAt(Site& site, const std::string& map) {
-    const auto session = site.Find(map);
-    return session.ok() ? (*session)->incarnation() : 0;
+    uint64_t incarnation = 0;
+    EXPECT_TRUE(Await([&] {
+      const auto session = site.Find(map);
+      if (session.ok()) incarnation = (*session)->incarnation();
+      return session.ok();
+    })) << map;
+    return incarnation;
   }
 
   std::unique_ptr<Cluster> cluster_;
@@ -100,7 +106,7 @@ TEST_F(RecoveredFleetTest, MapsStayWhenAStandbyTakesOverThatHasAllCommits) {
   EXPECT_EQ(IncarnationAt(*one, "site"), incarnation);
   EXPECT_EQ(IncarnationAt(*two, "site"), incarnation);
   // A site that starts later finds that the others have seen to it.
-  EXPECT_EQ(AwaitMap(*OpenSite("c"), "site")->incarnation(), incarnation);
+  EXPECT_EQ(IncarnationAt(*OpenSite("c"), "site"), incarnation);
 }
 
 TEST_F(RecoveredFleetTest, OnlyMapsThatHaveLostRevisionsAreOtherIncarnations) {
@@ -127,7 +133,7 @@ TEST_F(RecoveredFleetTest, OnlyMapsThatHaveLostRevisionsAreOtherIncarnations) {
   ASSERT_NO_FATAL_FAILURE(Promote());
   EXPECT_TRUE(Await([&] {
     const uint64_t now = IncarnationAt(*one, "lost");
-    return now != 0 && now != lost && now == IncarnationAt(*two, "lost");
+    return now != lost && now == IncarnationAt(*two, "lost");
   }));
   EXPECT_EQ(AddObject({one.get(), two.get()}, "lost"), 2);
   EXPECT_EQ(AddObject({one.get(), two.get()}, "kept"), 2);
@@ -138,13 +144,10 @@ TEST_F(RecoveredFleetTest, OnlyMapsThatHaveLostRevisionsAreOtherIncarnations) {
 TEST_F(RecoveredFleetTest, AllMapsAreOtherIncarnationsIfNoStandbyConfirmedTheirCommits) {
   MakeMap("site");
   const auto site = OpenSite("a");
-  const uint64_t before = AwaitMap(*site, "site")->incarnation();
+  const uint64_t before = IncarnationAt(*site, "site");
   cluster_->Stop();
   ASSERT_NO_FATAL_FAILURE(Promote());
-  EXPECT_TRUE(Await([&] {
-    const uint64_t now = IncarnationAt(*site, "site");
-    return now != 0 && now != before;
-  }));
+  EXPECT_TRUE(Await([&] { return IncarnationAt(*site, "site") != before; }));
   EXPECT_EQ(AddObject({site.get()}, "site"), 2);
 }
 
