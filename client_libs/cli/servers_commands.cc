@@ -4,6 +4,7 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
@@ -17,7 +18,7 @@ namespace {
 using client::ServerList;
 
 // Time between two looks at the maps that a server still owns.
-constexpr absl::Duration kPause = absl::Milliseconds(200);
+constexpr absl::Duration kPause = absl::Milliseconds(500);
 
 struct DrainOptions {
   std::string server;
@@ -30,11 +31,17 @@ absl::Status ListServers(Session& s) {
   return absl::OkStatus();
 }
 
-// What is left of a server that is drained; empty if it owns no map, or lives no more.
-std::string DescribeRest(const ServerList& list, const std::string& id) {
+// What is left of a server that is drained; empty if it owns no map, or lives no more. ABORTED if
+// it is not drained any more.
+absl::StatusOr<std::string> DescribeRest(const ServerList& list, const std::string& id) {
   const auto server = std::find_if(list.servers.begin(), list.servers.end(),
                                    [&](const ServerList::Server& s) { return s.id == id; });
-  if (server == list.servers.end() || server->num_maps == 0) return "";
+  if (server == list.servers.end()) return "";
+  if (!server->draining) {
+    return absl::AbortedError(
+        absl::StrCat(id, " was started anew, or its draining was undone, and may own maps"));
+  }
+  if (server->num_maps == 0) return "";
   const bool has_successor = std::any_of(list.servers.begin(), list.servers.end(),
                                          [](const ServerList::Server& s) { return !s.draining; });
   return absl::StrCat(id, " owns ", Counted(server->num_maps, "map"),
@@ -46,7 +53,7 @@ absl::Status AwaitNoMaps(const std::string& id, Session& s) {
   std::string told;
   while (true) {
     HYPERMAP_ASSIGN_OR_RETURN(const ServerList list, s.client.ListServers());
-    const std::string rest = DescribeRest(list, id);
+    HYPERMAP_ASSIGN_OR_RETURN(const std::string rest, DescribeRest(list, id));
     if (rest.empty()) return absl::OkStatus();
     if (rest != told) s.err << rest << std::endl;
     told = rest;

@@ -45,10 +45,19 @@ TEST(ServersCommandsTest, WhatIsLeftIsToldUntilTheTimeIsOver) {
   AddServer("a", 2, true, &script);
   AddServer("b", 1, false, &script);
   ScriptedServer server(script);
-  const Outcome outcome = RunOn(server, {"server", "drain", "a", "--timeout", "300ms"});
+  const Outcome outcome = RunOn(server, {"server", "drain", "a", "--timeout", "1s"});
   EXPECT_EQ(outcome.exit_code, kExitError);
   EXPECT_EQ(outcome.out, "");
   EXPECT_EQ(outcome.err, "a owns 2 maps\nhypermap: DEADLINE_EXCEEDED: a owns 2 maps still\n");
+}
+
+TEST(ServersCommandsTest, AServerThatIsStartedAnewMeanwhileIsNotDrained) {
+  Script script;
+  AddServer("a", 2, false, &script);
+  ScriptedServer server(script);
+  const Outcome outcome = RunOn(server, {"server", "drain", "a"});
+  EXPECT_EQ(outcome.exit_code, kExitError);
+  EXPECT_THAT(outcome.err, HasSubstr("ABORTED: a was started anew"));
 }
 
 TEST(ServersCommandsTest, ItIsToldThatNoServerTakesTheMaps) {
@@ -56,7 +65,7 @@ TEST(ServersCommandsTest, ItIsToldThatNoServerTakesTheMaps) {
   AddServer("a", 1, true, &script);
   AddServer("b", 0, true, &script);
   ScriptedServer server(script);
-  const Outcome outcome = RunOn(server, {"server", "drain", "a", "--timeout", "10ms"});
+  const Outcome outcome = RunOn(server, {"server", "drain", "a", "--timeout", "1s"});
   EXPECT_EQ(outcome.exit_code, kExitError);
   EXPECT_THAT(outcome.err, HasSubstr("a owns 1 map, which no other server takes: all are drained"));
 }

@@ -130,9 +130,9 @@ class Client {
   // maps for itself.
   absl::StatusOr<ServerList> ListServers(const CallOptions& options = {});
   // Has a server give its maps to the others and take no more of them until it is started anew, or
-  // with `undo` take maps again. `server` is its id; empty: the server that is asked. Returns before
-  // maps have moved: ListServers tells which ones the server still owns. NOT_FOUND if no such server
-  // lives; UNIMPLEMENTED as ListServers.
+  // with `undo` take maps again. `server` is its id; empty: the server that is asked. Returns
+  // before maps have moved: ListServers tells which ones the server still owns. NOT_FOUND if no
+  // such server lives; UNIMPLEMENTED as ListServers.
   absl::Status DrainServer(const std::string& server, bool undo = false,
                            const CallOptions& options = {});
 

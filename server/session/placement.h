@@ -85,8 +85,8 @@ class Placement {
   const std::string server_id_;
   std::map<std::string, absl::Duration> servers_;  // id -> since when it lives
   std::map<std::string, std::string> addresses_;   // of these
-  bool all_drained_ = false;                       // these
-  std::vector<std::string> may_take_;              // those of them that may take maps
+  bool all_drained_ = false;                       // whether all these servers are drained
+  std::vector<std::string> may_take_;              // ids of the servers that may take maps
   std::map<std::string, absl::Duration> unowned_;  // map -> since when it has no owner
   std::map<std::string, Shown> shown_;             // map -> the newest revision, also once closed
   absl::Duration until_change_ = absl::InfiniteDuration();
