@@ -188,6 +188,10 @@ class StoredMap : public ReadableMap {
   // all of it; LostOwnershipError, for ever; UNAVAILABLE. Writes nothing.
   virtual absl::Status ConfirmOwnership() { return absl::OkStatus(); }
 
+  // Keeps other servers from opening the map when this is closed, because this one is about to
+  // replace it or to open it again.
+  virtual void KeepOwnership() {}
+
   // Writes durably without changing the map: OK if a small commit could be written now. Errors as
   // Write.
   virtual absl::Status TryWrite() = 0;

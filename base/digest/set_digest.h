@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <string>
 
 #include "absl/strings/string_view.h"
@@ -35,28 +36,29 @@ class SetDigest {
   std::array<uint64_t, 4> sum_{};  // the least significant part first
 };
 
-// Keeps the digest of something immutable from the first time that it is asked for. Thread safe;
-// never waits.
+// Keeps the digest of something immutable from the first time that it is asked for; takes little
+// memory before. Thread safe; never waits.
 class KeptDigest {
  public:
+  KeptDigest() = default;
+  ~KeptDigest() { delete kept_.load(std::memory_order_relaxed); }
+  KeptDigest(const KeptDigest&) = delete;
+  KeptDigest& operator=(const KeptDigest&) = delete;
+
   // `compute` returns a SetDigest, each time the same. Several threads may call it at once.
   template <typename Compute>
   SetDigest Get(Compute compute) const {
-    if (state_.load(std::memory_order_acquire) == State::kKept) return digest_;
-    const SetDigest computed = compute();
-    State before = State::kNone;
-    if (state_.compare_exchange_strong(before, State::kBeingKept)) {
-      digest_ = computed;
-      state_.store(State::kKept, std::memory_order_release);
+    if (const SetDigest* const kept = kept_.load(std::memory_order_acquire)) return *kept;
+    auto computed = std::make_unique<const SetDigest>(compute());
+    const SetDigest* before = nullptr;
+    if (!kept_.compare_exchange_strong(before, computed.get(), std::memory_order_acq_rel)) {
+      return *computed;
     }
-    return computed;
+    return *computed.release();
   }
 
  private:
-  enum class State : uint8_t { kNone, kBeingKept, kKept };
-
-  mutable std::atomic<State> state_{State::kNone};
-  mutable SetDigest digest_;  // written once, by the thread that took state_ to kBeingKept
+  mutable std::atomic<const SetDigest*> kept_ = nullptr;
 };
 
 }  // namespace hypermap

@@ -108,7 +108,7 @@ TEST_F(ByteSizeTest, OfAUniformTileIsSmall) {
           .ok());
   const auto grid = std::move(writer).Finish().layer;
   EXPECT_EQ(grid->tiles().size(), 100u);
-  EXPECT_LT(grid->ByteSize(), 100 * 256 + 1024);
+  EXPECT_LT(grid->ByteSize(), 100 * 264 + 1024);
 }
 
 #if defined(__has_feature)

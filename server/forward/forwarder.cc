@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "server/auth/metadata.h"
 #include "wire/status.h"
@@ -125,7 +126,8 @@ void Forwarder::Ended(const std::shared_ptr<Attempt>& attempt, const grpc::Statu
 
 void Forwarder::Enter(UnderWay* call, const ForwardedCall& description) {
   const MutexLock lock(&calls_mutex_);
-  calls_.emplace(call, Place{description.map, description.owner, description.address});
+  calls_.emplace(call, Place{description.map, description.owner, description.address,
+                             absl::EndsWith(description.method, "/RestoreMap")});
 }
 
 void Forwarder::Leave(UnderWay* call) {
@@ -134,13 +136,15 @@ void Forwarder::Leave(UnderWay* call) {
 }
 
 void Forwarder::EndCallsToFormerOwners(
-    absl::FunctionRef<std::string(const std::string& map)> owner_of) {
+    absl::FunctionRef<std::optional<std::string>(const std::string& map)> owner_of) {
   // While the lock is held no call is deleted, because Leave waits for it.
   const MutexLock lock(&calls_mutex_);
   for (const auto& [call, place] : calls_) {
-    const std::string owner = owner_of(place.map);
+    const std::optional<std::string> owner = owner_of(place.map);
     // A server that the owner has named may be the owner although this server does not know yet.
     if (owner == place.owner || owner == place.address) continue;
+    // Nobody owns what was restored until its server opens it.
+    if (place.replaces_map && owner == "") continue;
     call->Stop(absl::UnavailableError(absl::StrCat("map \"", place.map,
                                                    "\" is no longer owned by the server at ",
                                                    place.address, ", which has not answered")));

@@ -88,8 +88,10 @@ class Forwarder {
   void Leave(UnderWay* call);
   // Ends the calls about maps that have another owner by now, with UNAVAILABLE: the former one may
   // be frozen or cut off, and never answer. `owner_of` returns the owner of a map as in
-  // ForwardedCall, or "" if this server owns it or nobody does. To be called about every second.
-  void EndCallsToFormerOwners(absl::FunctionRef<std::string(const std::string& map)> owner_of);
+  // ForwardedCall, "" if nobody owns it, nullopt if this server does. To be called about every
+  // second.
+  void EndCallsToFormerOwners(
+      absl::FunctionRef<std::optional<std::string>(const std::string& map)> owner_of);
 
   // The channel for the stream of a call, so that unary calls do not wait for the end of streams
   // when a connection has as many calls as the server admits.
@@ -113,6 +115,7 @@ class Forwarder {
     std::string map;
     std::string owner;
     std::string address;
+    bool replaces_map = false;
   };
   class Attempt;
 

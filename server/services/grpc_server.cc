@@ -2,6 +2,7 @@
 
 #include <grpcpp/server_builder.h>
 
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -210,8 +211,10 @@ void GrpcServer::FollowAccess() {
 }
 
 void GrpcServer::FollowOwners() {
-  forwarder_->EndCallsToFormerOwners([this](const std::string& map) {
-    return OwnerAddressOf(site_->CheckOwner(map)).value_or("");
+  forwarder_->EndCallsToFormerOwners([this](const std::string& map) -> std::optional<std::string> {
+    const absl::Status status = site_->CheckOwner(map);
+    if (status.ok()) return std::nullopt;
+    return OwnerAddressOf(status).value_or("");
   });
   timer_.RunAfter(kOwnersPeriod, [this] { FollowOwners(); });
 }

@@ -115,7 +115,7 @@ TEST(MapAssignmentTest, MapsThatGoToASecondChoiceReturnOnlyOnceThereIsMuchRoom) 
   const auto remove_one = [&] {
     const auto found = std::find_if(
         maps.begin(), maps.end(), [&](const Survey::Map& map) { return map.owner == servers[0]; });
-    const Survey::Map removed = *found;
+    Survey::Map removed = *found;
     maps.erase(found);
     return removed;
   };

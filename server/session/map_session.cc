@@ -370,7 +370,7 @@ void MapSession::EndWaiting() {
   if (writer_) writer_->Wake();
 }
 
-void MapSession::Close() {
+void MapSession::Close(NextOwner next) {
   EndWaiting();
   {
     MutexLock lock(&queue_mutex_);
@@ -382,6 +382,7 @@ void MapSession::Close() {
   history_.Close();
   fusion_.reset();
   if (follower_) follower_->Close();
+  if (stored_ && next == NextOwner::kThisServer) stored_->KeepOwnership();
   stored_.reset();
 }
 

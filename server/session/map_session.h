@@ -190,9 +190,11 @@ class MapSession {
   // Ends what may wait long, before Close: closes the feed, so that watches and calls that wait for
   // a revision end, and refuses late observations with UNAVAILABLE.
   void EndWaiting();
+  // Which of the servers that share the store may open the map after this session.
+  enum class NextOwner { kAnyServer, kThisServer };
   // Refuses new submissions, finishes and answers the accepted ones, and closes the stored map.
   // Must be called by one thread at a time; a second call does nothing.
-  void Close();
+  void Close(NextOwner next = NextOwner::kAnyServer);
 
  private:
   template <typename SubmissionType, typename Callback>

@@ -388,7 +388,10 @@ absl::StatusOr<bool> Site::TakeOut(const std::string& map, uint64_t incarnation,
     ++num_changing_;
   }
   // Answers the accepted submissions. Calls that hold a snapshot keep it.
-  if (session) session->Close();
+  if (session) {
+    session->Close(meanwhile.ok() ? MapSession::NextOwner::kAnyServer
+                                  : MapSession::NextOwner::kThisServer);
+  }
   return was_without_room;
 }
 

@@ -36,6 +36,7 @@ class ForwardingMap : public StoredMap {
   absl::StatusOr<SnapshotPtr> Load() override { return map_->Load(); }
   absl::Status Write(absl::Span<const Commit> commits) override { return map_->Write(commits); }
   absl::Status ConfirmOwnership() override { return map_->ConfirmOwnership(); }
+  void KeepOwnership() override { map_->KeepOwnership(); }
   absl::Status TryWrite() override { return map_->TryWrite(); }
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override {
     return map_->FindReceipt(request_id);

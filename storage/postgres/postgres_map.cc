@@ -42,7 +42,7 @@ PostgresMap::PostgresMap(std::unique_ptr<OwnedMap> owned, Facilities facilities,
       events_(std::move(events)) {}
 
 PostgresMap::~PostgresMap() {
-  owned_->Release();
+  if (!keeps_ownership_) owned_->Release();
   events_.closed();
 }
 

@@ -52,6 +52,7 @@ class PostgresMap : public StoredMap {
   absl::StatusOr<SnapshotPtr> Load() override;
   absl::Status Write(absl::Span<const Commit> commits) override;
   absl::Status ConfirmOwnership() override { return InMap(owned_->Confirm()); }
+  void KeepOwnership() override { keeps_ownership_ = true; }
   absl::Status TryWrite() override;
   absl::StatusOr<std::optional<Receipt>> FindReceipt(absl::string_view request_id) override;
   absl::StatusOr<std::vector<Receipt>> FindReceipts(
@@ -84,6 +85,7 @@ class PostgresMap : public StoredMap {
   Opened opened_;
   PostgresFusionLog fusion_;
   const Events events_;
+  bool keeps_ownership_ = false;
 };
 
 // Of a map that is only read: nothing happens.

@@ -28,7 +28,7 @@ class FleetTest : public ::testing::Test {
     database_ = *storage::postgres::Cluster::Shared().CreateDatabase();
   }
 
-  std::unique_ptr<Site> OpenSite(const std::string& id, const SessionOptions& session = {}) const {
+  std::unique_ptr<storage::MapStore> OpenStore(const std::string& id) const {
     storage::PostgresOptions options;
     options.target = database_;
     options.server_id = id;
@@ -37,7 +37,11 @@ class FleetTest : public ::testing::Test {
     EXPECT_TRUE(store.ok()) << store.status();
     // As in hypermapd.
     static storage::StoreMeters meters;
-    auto site = Site::Open(storage::MakeMeteredStore(*std::move(store), &meters), session);
+    return storage::MakeMeteredStore(*std::move(store), &meters);
+  }
+
+  std::unique_ptr<Site> OpenSite(const std::string& id, const SessionOptions& session = {}) const {
+    auto site = Site::Open(OpenStore(id), session);
     EXPECT_TRUE(site.ok()) << site.status();
     (*site)->Advertise(absl::StrCat(id, ":1"));
     return *std::move(site);

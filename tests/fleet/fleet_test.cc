@@ -186,6 +186,20 @@ TEST_F(FleetTest, FollowerTellsWhoWritesTheMap) {
   EXPECT_EQ((*owner->Find("site"))->snapshot()->revision, 0);
 }
 
+TEST_F(FleetTest, MapThatIsKeptWhileItIsClosedIsOpenedByItsOwnerOnly) {
+  const auto owner = OpenStore("a");
+  const auto other = OpenStore("b");
+  auto map = owner->Create({"site", "map"});
+  ASSERT_TRUE(map.ok()) << map.status();
+  (*map)->KeepOwnership();
+  map->reset();
+  EXPECT_EQ(other->Open("site").status().code(), absl::StatusCode::kFailedPrecondition);
+  map = owner->Open("site");
+  ASSERT_TRUE(map.ok()) << map.status();
+  map->reset();
+  EXPECT_TRUE(other->Open("site").ok());
+}
+
 TEST_F(FleetTest, MapOfASiteThatClosesIsTakenOver) {
   auto owner = OpenSite("a");
   ASSERT_TRUE(owner->Create({"site", "map", "make"}).ok());

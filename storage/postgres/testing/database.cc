@@ -71,6 +71,8 @@ std::unique_ptr<MapStore> OpenStore(const std::string& database,
 std::unique_ptr<Connection> Connect(const std::string& database) {
   ConnectOptions options;
   options.target = database;
+  // Scripts of tests fill tables, on machines that do much else.
+  options.response_timeout = absl::Minutes(10);
   return Need(Connection::Open(options));
 }
 
