@@ -88,8 +88,8 @@ class Forwarder {
   void Leave(UnderWay* call);
   // Ends the calls about maps that have another owner by now, with UNAVAILABLE: the former one may
   // be frozen or cut off, and never answer. `owner_of` returns the owner of a map as in
-  // ForwardedCall, "" if nobody owns it, nullopt if this server does. To be called about every
-  // second.
+  // ForwardedCall, "" if nobody is known to own it, nullopt if this server does. To be called about
+  // every second.
   void EndCallsToFormerOwners(
       absl::FunctionRef<std::optional<std::string>(const std::string& map)> owner_of);
 

@@ -586,6 +586,26 @@ TEST_F(ForwardedWaitTest, ACallToAFormerOwnerThatDoesNotAnswerIsUnavailable) {
   EXPECT_EQ(CodeOfEnd(), grpc::StatusCode::UNAVAILABLE);
 }
 
+// While a map is replaced by a backup, other servers do not have it.
+TEST_F(ForwardedWaitTest, ARestorationGoesOnWhileNobodyIsKnownToOwnTheMap) {
+  grpc::ClientContext context;
+  v1::RestoreMapResponse restored;
+  const auto writer = other_.catalog->RestoreMap(&context, &restored);
+  v1::RestoreMapRequest request;
+  request.mutable_header()->set_map("site");
+  request.mutable_header()->set_replace(true);
+  ASSERT_TRUE(writer->Write(request));
+  EXPECT_TRUE(Eventually([&] { return owner_.meters().Read(Rpc::kRestoreMap).began == 1; }));
+  Begin();
+  EXPECT_EQ(other_.site().Delete("site", ""), absl::OkStatus());
+  EXPECT_EQ(CodeOfEnd(), grpc::StatusCode::UNAVAILABLE);
+  request.set_data("no map");
+  EXPECT_TRUE(writer->Write(request));
+  EXPECT_TRUE(writer->WritesDone());
+  // The owner's answer: its store has no files.
+  EXPECT_EQ(writer->Finish().error_code(), grpc::StatusCode::UNIMPLEMENTED);
+}
+
 TEST_F(ForwardedObserveTest, AStreamToAFormerOwnerIsUnavailable) {
   v1::ObserveResponse response;
   ASSERT_TRUE(stream_->Read(&response));

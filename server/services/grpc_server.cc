@@ -212,7 +212,9 @@ void GrpcServer::FollowAccess() {
 
 void GrpcServer::FollowOwners() {
   forwarder_->EndCallsToFormerOwners([this](const std::string& map) -> std::optional<std::string> {
-    const absl::Status status = site_->CheckOwner(map);
+    const auto session = site_->Find(map);
+    // One that is not open, as while it is made anew, may have any owner.
+    const absl::Status status = session.ok() ? (*session)->CheckOwner() : session.status();
     if (status.ok()) return std::nullopt;
     return OwnerAddressOf(status).value_or("");
   });
