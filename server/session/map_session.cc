@@ -363,6 +363,24 @@ absl::StatusOr<std::vector<RobotClocks::Robot>> MapSession::ReadRobotClocks() {
   return robots;
 }
 
+void MapSession::HandOver(const std::string& owner) {
+  {
+    const MutexLock lock(&queue_mutex_);
+    owner_ = owner;
+    refuses_late_ = true;
+  }
+  EndLoop();
+}
+
+void MapSession::CatchUp(Revision revision, absl::Duration timeout) {
+  // Shared, because this thread may go on before set_value has returned.
+  auto reached = std::make_shared<std::promise<void>>();
+  const ChangeFeed::WaitId id = feed_.Await(revision - 1, [reached] { reached->set_value(); });
+  LookForRevisions();
+  reached->get_future().wait_for(absl::ToChronoMilliseconds(timeout));
+  feed_.Remove(id);
+}
+
 void MapSession::EndWaiting() {
   feed_.Close();
   const MutexLock lock(&queue_mutex_);
@@ -370,8 +388,7 @@ void MapSession::EndWaiting() {
   if (writer_) writer_->Wake();
 }
 
-void MapSession::Close(NextOwner next) {
-  EndWaiting();
+void MapSession::EndLoop() {
   {
     MutexLock lock(&queue_mutex_);
     closing_ = true;
@@ -379,6 +396,11 @@ void MapSession::Close(NextOwner next) {
   }
   if (writer_) writer_->Join();
   FlushAnswers();
+}
+
+void MapSession::Close(NextOwner next) {
+  EndWaiting();
+  EndLoop();
   history_.Close();
   fusion_.reset();
   if (follower_) follower_->Close();

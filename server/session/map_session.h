@@ -187,6 +187,13 @@ class MapSession {
   // are open. Errors as StoredMap::OpenCheck, MapCheck::Run and Submit.
   absl::StatusOr<CheckReport> Check();
 
+  // Ends writing before Close, when another server takes the map over: sends new submissions to the
+  // owner at `owner`, and finishes and answers the accepted ones. What is shown afterwards is all
+  // that was acknowledged. Questions and watches go on. Not of a follower; must be called as Close.
+  void HandOver(const std::string& owner);
+  // Of a follower: waits until it shows the revision, its feed is closed, or the time is over.
+  void CatchUp(Revision revision, absl::Duration timeout);
+
   // Ends what may wait long, before Close: closes the feed, so that watches and calls that wait for
   // a revision end, and refuses late observations with UNAVAILABLE.
   void EndWaiting();
@@ -241,6 +248,8 @@ class MapSession {
   void Publish(const SnapshotPtr& snapshot, std::vector<FeedCommit> commits);
   // What is left to do when the session is closed.
   void EndWriting();
+  // Makes the loop end once it has finished and answered what was accepted, and waits for that.
+  void EndLoop();
   absl::Duration UntilNextStep() const;
   // Takes the submissions that wait, of which there may be none. nullopt if the session is closing
   // and the queue is empty.

@@ -218,7 +218,10 @@ class Site {
   std::vector<Placement::Listed> ListForPlacement() const;
   // Opens a map for writing or for reading.
   absl::StatusOr<std::unique_ptr<MapSession>> OpenFor(const Placement::Task& task);
-  // Does that, puts the session in the place of the one that there is, and closes that one.
+  // If this server owns the map, ends writing it, and waits until the follower, which is to take
+  // the place of the owner's session, shows all of it: what this server shows never goes back.
+  void HandOver(const Placement::Task& task, MapSession& follower);
+  // Opens the map, puts the session in the place of the one that there is, and closes that one.
   void Replace(const Placement::Task& task);
   // Begins another incarnation of a map of which the store has lost revisions.
   void Renew(const Placement::Task& task);

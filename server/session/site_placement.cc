@@ -20,6 +20,8 @@ constexpr absl::Duration kPause = absl::Seconds(1);
 // Number of maps that are opened at once: each waits for the database several times, and all maps
 // of a server that has died are to be written again soon.
 constexpr size_t kPlacingThreads = 8;
+// Longest wait for the last commits of a session, which are in the store.
+constexpr absl::Duration kCatchUp = absl::Seconds(5);
 
 const char* NameOf(Placement::Action action) {
   switch (action) {
@@ -188,11 +190,19 @@ void Site::CloseBroken(const Placement::Task& task) {
   broken->Close();
 }
 
+void Site::HandOver(const Placement::Task& task, MapSession& follower) {
+  const absl::StatusOr<std::shared_ptr<MapSession>> owner = Find(task.map);
+  if (!owner.ok() || (*owner)->is_follower()) return;
+  (*owner)->HandOver(task.owner_address);
+  follower.CatchUp((*owner)->snapshot()->revision, kCatchUp);
+}
+
 void Site::Replace(const Placement::Task& task) {
   // One that has lost the map still has it open.
   CloseBroken(task);
   absl::StatusOr<std::unique_ptr<MapSession>> session = OpenFor(task);
   if (absl::IsNotFound(session.status())) return;
+  if (session.ok() && task.action == Placement::Action::kFollow) HandOver(task, **session);
   // Before the map is shown as owned.
   if (session.ok() && task.action == Placement::Action::kOwn) placement_meters_.AddTakeover();
   std::shared_ptr<MapSession> before;

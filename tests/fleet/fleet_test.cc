@@ -1,9 +1,11 @@
 // Sites that share a database: each map has one owner, and all sites show it.
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <future>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -391,6 +393,41 @@ TEST_F(FleetTest, ADrainedSiteOwnsNoMaps) {
   EXPECT_TRUE(Await([&] { return IsOwner(*second, "new") && !IsOwner(*first, "new"); }));
   ASSERT_EQ(first->SetDraining("a", false), absl::OkStatus());
   EXPECT_TRUE(Await([&] { return CountOwned(*first) > 1; }));
+}
+
+// Each site shows all that was acknowledged there, and nothing older than before.
+TEST_F(FleetTest, WhatASiteShowsNeverGoesBackWhenTheMapChangesHands) {
+  const auto first = OpenSite("a");
+  const auto second = OpenSite("b");
+  ASSERT_TRUE(first->Create({"site", "map", "make"}).ok());
+  ASSERT_TRUE(Edit(*first, "site", {{CreateLayer{SemanticSpec("s")}}}).ok());
+  AwaitMap(*second, "site");
+  std::atomic<bool> is_over = false;
+  const auto write_and_look = [&is_over](Site* site) {
+    Revision seen = 0;
+    while (!is_over) {
+      const auto receipt = Edit(*site, "site", {{PutObject{"s", UnitSquare("chair"), ""}}});
+      if (receipt.ok()) seen = std::max(seen, receipt->revision);
+      const auto session = site->Find("site");
+      if (!session.ok()) continue;
+      const Revision shown = (*session)->snapshot()->revision;
+      EXPECT_GE(shown, seen);
+      seen = shown;
+    }
+  };
+  std::vector<std::thread> threads;
+  for (int i = 0; i < 4; ++i) {
+    threads.emplace_back(write_and_look, i % 2 == 0 ? first.get() : second.get());
+  }
+  for (int move = 0; move < 6; ++move) {
+    const bool from_first = IsOwner(*first, "site");
+    const std::string from = from_first ? "a" : "b";
+    EXPECT_EQ(first->SetDraining(from, true), absl::OkStatus());
+    EXPECT_TRUE(Await([&] { return IsOwner(from_first ? *second : *first, "site"); }));
+    EXPECT_EQ(first->SetDraining(from, false), absl::OkStatus());
+  }
+  is_over = true;
+  for (std::thread& thread : threads) thread.join();
 }
 
 TEST_F(FleetTest, ASiteThatIsOpenedAnewIsNotDrained) {
