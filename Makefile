@@ -20,7 +20,7 @@ SANITIZED_TESTS ?= .
 PROOFS = prove-feed prove-asof prove-kill prove-replica prove-restore prove-slow-reader prove-once
 
 .DEFAULT_GOAL := build
-.PHONY: build web python dashboard test e2e demo bench deps asan tsan gcc fuzz format lint clean help
+.PHONY: build web python dashboard test e2e demo bench fusion-table deps asan tsan gcc fuzz format lint clean help
 .PHONY: api package package-server deps-server test-packages
 .PHONY: nightly attack robustness prove prove-failover prove-histories prove-linearizable prove-load prove-patroni $(PROOFS)
 
@@ -33,6 +33,7 @@ help:
 	@echo 'make e2e                   the dashboard in a browser, with its figures and screenshots in build/e2e'
 	@echo 'make demo [ARGS=--exit]    a short tour with the map of a small office'
 	@echo 'make bench [PEERS=1]       benchmarks, with PEERS also of PostGIS (SERVER_ARGS, ARGS=--help)'
+	@echo 'make fusion-table          quality of fused maps, of eight rendered scenes (ARGS=--help)'
 	@echo 'make prove                 long proofs of the promises about revisions, or one of them:'
 	@echo '                           prove-feed, prove-asof, prove-kill [KILLS=200], prove-replica,'
 	@echo '                           prove-restore, prove-slow-reader, prove-once (ARGS=--help),'
@@ -143,6 +144,12 @@ bench: $(if $(filter true 1,$(PEERS)),build/.deps-bench) build
 	@build/tests/replica_bench --server build/bin/hypermapd
 	@build/tests/server_bench --server build/bin/hypermapd \
 	  --floor_server build/tests/floor_server $(if $(filter true 1,$(PEERS)),--peers) $(SERVER_ARGS)
+
+# The quality of the maps that fusion makes of rendered drives, and of those of ARGS. --peer compares with
+# the programs of another build.
+fusion-table: build
+	@HYPERMAP_BIN=$(CURDIR)/build/bin PYTHONDONTWRITEBYTECODE=1 PYTHONPATH=$(CURDIR)/tests/integration \
+	  /usr/bin/python3 tests/fusion/table.py $(ARGS)
 
 # Each proof ends with one JSON object with its counts and "holds". With POSTGRES=1 the maps are in
 # PostgreSQL.
