@@ -15,6 +15,7 @@
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "map/layers/layer_spec.h"
+#include "storage/decorators/read_only_map.h"
 #include "storage/incarnation.h"
 #include "storage/libpq/connection.h"
 #include "storage/postgres/change_hints.h"
@@ -434,7 +435,11 @@ absl::StatusOr<MapRow> PostgresStore::FindForReading(const std::string& name) {
 
 absl::StatusOr<std::unique_ptr<StoredMap>> PostgresStore::Follow(const std::string& name) {
   HYPERMAP_ASSIGN_OR_RETURN(const MapRow found, FindForReading(name));
-  return OpenRow(OwnedMap::OfAnother(ForMaps().readers, found.id), found, NoEvents());
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::unique_ptr<StoredMap> followed,
+      OpenRow(OwnedMap::OfAnother(ForMaps().readers, found.id), found, NoEvents()));
+  return MakeReadOnlyMap(std::move(followed),
+                         absl::FailedPreconditionError("the map is open for reading only"));
 }
 
 absl::StatusOr<std::unique_ptr<ReadableMap>> PostgresStore::Pin(const std::string& name) {

@@ -179,7 +179,7 @@ ROOMS = {
     "storage/postgres": Room(
         ["base/cancellation", "base/metering", "base/status", "base/sync", "map", "map/edits",
          "map/frames", "map/layers", "map/objects",
-         "storage", "storage/encoding", "storage/libpq", "storage/transfer"],
+         "storage", "storage/decorators", "storage/encoding", "storage/libpq", "storage/transfer"],
         {"absl"},
     ),
     # Copies maps from store to store, and so knows none of them.
