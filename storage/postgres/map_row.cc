@@ -66,7 +66,7 @@ constexpr char kRemoveName[] =
     "UPDATE hypermap.maps SET name = NULL, owner = NULL, epoch = epoch + 1 WHERE id = $1";
 
 constexpr char kPublishCopy[] = R"sql(
-UPDATE hypermap.maps SET name = $2, unfinished_copy = false, provisional = false, owner = NULL,
+UPDATE hypermap.maps SET name = $2, unfinished_copy = false, provisional = false, owner = $3,
     epoch = epoch + 1
   WHERE id = $1
 )sql";
@@ -210,8 +210,9 @@ absl::StatusOr<std::map<std::string, NewestRevision>> ReadNewestRevisions(
   return newest;
 }
 
-absl::Status PublishCopy(Connection* connection, int64_t map, const std::string& name) {
-  return connection->Query(kPublishCopy, map, name).status();
+absl::Status PublishCopy(Connection* connection, int64_t map, const std::string& name,
+                         const std::string& owner) {
+  return connection->Query(kPublishCopy, map, name, owner).status();
 }
 
 absl::Status RemoveHiddenCopies(Connection* connection, const std::string& server) {

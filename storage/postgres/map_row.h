@@ -75,9 +75,10 @@ absl::StatusOr<std::optional<uint64_t>> RenewIncarnation(Connection* connection,
                                                          const std::string& name,
                                                          uint64_t incarnation, Revision shown);
 
-// Gives an unfinished copy a name, which makes it a map that nobody owns. REQUIRES: the row is
-// locked.
-absl::Status PublishCopy(Connection* connection, int64_t map, const std::string& name);
+// Gives an unfinished copy a name, which makes it a map. No other server than `owner` can open it
+// until that has given it back. REQUIRES: the row is locked.
+absl::Status PublishCopy(Connection* connection, int64_t map, const std::string& name,
+                         const std::string& owner);
 
 // Removes the names of unfinished copies that are hidden (HiddenNameOf) and that nobody will finish
 // any more: those of servers that do not live, or of `server`.

@@ -497,7 +497,7 @@ absl::Status PostgresStore::Import(ReadableMap& from, const std::string& hidden,
         HYPERMAP_RETURN_IF_ERROR(CheckClosed(*found));
         HYPERMAP_RETURN_IF_ERROR(RemoveName(connection, found->id));
       }
-      return PublishCopy(connection, made->id, name);
+      return PublishCopy(connection, made->id, name, options_.server_id);
     });
   }
   // If this fails, the next start of a server does it.

@@ -12,6 +12,7 @@
 #include "gtest/gtest.h"
 #include "server/session/site.h"
 #include "storage/decorators/metered_store.h"
+#include "storage/geopackage/geopackage_store.h"
 #include "storage/libpq/connection.h"
 #include "storage/libpq/testing/cluster.h"
 #include "storage/postgres/postgres_store.h"
@@ -33,6 +34,9 @@ class FleetTest : public ::testing::Test {
     options.target = database_;
     options.server_id = id;
     options.lease = kLease;
+    options.open_files = [](const std::string& folder) {
+      return storage::OpenGeoPackageStore(folder);
+    };
     auto store = storage::OpenPostgresStore(options);
     EXPECT_TRUE(store.ok()) << store.status();
     // As in hypermapd.

@@ -20,6 +20,7 @@
 #include "server/watch/watch_source.h"
 #include "storage/conformance/testing/edited_map.h"
 #include "tests/fleet/fleet_fixture.h"
+#include "tests/support/temporary_folder.h"
 
 namespace hypermap::server {
 namespace {
@@ -195,6 +196,24 @@ TEST_F(FleetTest, MapThatIsKeptWhileItIsClosedIsOpenedByItsOwnerOnly) {
   ASSERT_TRUE(map.ok()) << map.status();
   (*map)->KeepOwnership();
   map->reset();
+  EXPECT_EQ(other->Open("site").status().code(), absl::StatusCode::kFailedPrecondition);
+  map = owner->Open("site");
+  ASSERT_TRUE(map.ok()) << map.status();
+  map->reset();
+  EXPECT_TRUE(other->Open("site").ok());
+}
+
+TEST_F(FleetTest, ARestoredMapIsOpenedByTheServerThatRestoredItOnly) {
+  const testing::TemporaryFolder folder;
+  const std::string file = folder / "backup";
+  const auto files = storage::OpenGeoPackageStore(folder / "maps");
+  ASSERT_TRUE(files.ok()) << files.status();
+  auto map = (*files)->Create({"site", "map"});
+  ASSERT_TRUE(map.ok()) << map.status();
+  ASSERT_EQ((*map)->BackupTo(file), absl::OkStatus());
+  const auto owner = OpenStore("a");
+  const auto other = OpenStore("b");
+  ASSERT_EQ(owner->Restore(file, "site", "restore"), absl::OkStatus());
   EXPECT_EQ(other->Open("site").status().code(), absl::StatusCode::kFailedPrecondition);
   map = owner->Open("site");
   ASSERT_TRUE(map.ok()) << map.status();
