@@ -173,11 +173,11 @@ prove-linearizable: build
 
 # Histories of three servers that share a database: 200 kills of the owner of the map, then 50 faults of each
 # other kind. Skipped where Go or PostgreSQL is missing.
-FAILOVERS = tests/postgres/with_cluster.sh build/tests/hypermap_linearizability --server build/bin/hypermapd \
+FAILOVER_HISTORIES = tests/postgres/with_cluster.sh build/tests/hypermap_linearizability --server build/bin/hypermapd \
   --artifacts build/tests/linearizability --servers 3
 prove-failover: build
-	@tests/linearizability/build.sh build && $(FAILOVERS) --faults kill --failovers 200 $(ARGS) && \
-	  $(FAILOVERS) --faults pause,cut,cut_requests,cut_answers,promote --failovers 250 $(ARGS) || test $$? = 77
+	@tests/linearizability/build.sh build && $(FAILOVER_HISTORIES) --faults kill --failovers 200 $(ARGS) && \
+	  $(FAILOVER_HISTORIES) --faults pause,cut,cut_requests,cut_answers,promote --failovers 250 $(ARGS) || test $$? = 77
 
 # The load of a fleet for an hour, with a fault every minute.
 prove-load: build build/.deps-test
