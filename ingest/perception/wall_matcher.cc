@@ -75,93 +75,21 @@ std::vector<Eigen::Vector2d> Walls(const OrganisedCloud& cloud) {
   return walls;
 }
 
-// Computes the exact squared distance transform of one line in linear time, as the lower envelope
-// of parabolas (Felzenszwalb and Huttenlocher 2012). Columns and then rows give that of the plane.
-void TransformLine(const float* in, float* out, int n, int stride) {
-  std::vector<int> v(n);
-  std::vector<double> z(n + 1);
-  int k = 0;
-  v[0] = 0;
-  z[0] = -1e20;
-  z[1] = 1e20;
-  const auto f = [&](int q) { return static_cast<double>(in[static_cast<size_t>(q) * stride]); };
-  for (int q = 1; q < n; ++q) {
-    const auto meet = [&](int p) {
-      return ((f(q) + double(q) * q) - (f(p) + double(p) * p)) / (2.0 * q - 2.0 * p);
-    };
-    double s = meet(v[k]);
-    while (s <= z[k]) s = meet(v[--k]);
-    v[++k] = q;
-    z[k] = s;
-    z[k + 1] = 1e20;
-  }
-  k = 0;
-  for (int q = 0; q < n; ++q) {
-    while (z[k + 1] < q) ++k;
-    out[static_cast<size_t>(q) * stride] =
-        static_cast<float>(double(q - v[k]) * (q - v[k]) + f(v[k]));
-  }
-}
-
 }  // namespace
 
 WallMatcher::WallMatcher(const GridLayer& occupancy)
-    : geometry_(occupancy.geometry()), box_(occupancy.extent()) {
-  if (box_.empty()) return;
-  // Because of the pose's error, walls may appear outside the extent of the grid, and must be
-  // drawn back.
-  const int reach = static_cast<int>(std::ceil(kReach_m / geometry_.resolution_m)) + 1;
-  box_ = {box_.row_begin - reach, box_.row_end + reach, box_.col_begin - reach,
-          box_.col_end + reach};
-  const int rows = static_cast<int>(box_.rows());
-  const int cols = static_cast<int>(box_.cols());
-  std::vector<float> squared(static_cast<size_t>(rows) * cols, 1e12f);
-  const double threshold = occupancy.spec().thresholds.occupied_above;
-  for (int r = 0; r < rows; ++r) {
-    for (int c = 0; c < cols; ++c) {
-      const auto value = occupancy.ValueAt({box_.row_begin + r, box_.col_begin + c});
-      if (value && *value > threshold) squared[static_cast<size_t>(r) * cols + c] = 0.0f;
-    }
-  }
-  std::vector<float> across(squared.size());
-  for (int c = 0; c < cols; ++c) TransformLine(&squared[c], &across[c], rows, cols);
-  distance_m_.resize(squared.size());
-  for (int r = 0; r < rows; ++r) {
-    const size_t start = static_cast<size_t>(r) * cols;
-    TransformLine(&across[start], &distance_m_[start], cols, 1);
-  }
-  for (float& d : distance_m_) {
-    d = static_cast<float>(std::min(kReach_m, std::sqrt(double{d}) * geometry_.resolution_m));
-  }
-}
-
-WallMatcher::Sample WallMatcher::At(const Eigen::Vector2d& position) const {
-  const Point p = geometry_.layer_from_grid.ApplyInverse({position.x(), position.y()});
-  const double x = p.x / geometry_.resolution_m - 0.5 - box_.col_begin;
-  const double y = p.y / geometry_.resolution_m - 0.5 - box_.row_begin;
-  const double cols = static_cast<double>(box_.cols());
-  const double rows = static_cast<double>(box_.rows());
-  if (!(x >= 0.0 && y >= 0.0 && x < cols - 1.0 && y < rows - 1.0)) return {kReach_m, {0.0, 0.0}};
-  const int c = static_cast<int>(x);
-  const int r = static_cast<int>(y);
-  const double fx = x - c;
-  const double fy = y - r;
-  const float* at = &distance_m_[static_cast<size_t>(r) * box_.cols() + c];
-  const double d00 = at[0];
-  const double d01 = at[1];
-  const double d10 = at[box_.cols()];
-  const double d11 = at[box_.cols() + 1];
-  const double gx = ((1 - fy) * (d01 - d00) + fy * (d11 - d10)) / geometry_.resolution_m;
-  const double gy = ((1 - fx) * (d10 - d00) + fx * (d11 - d01)) / geometry_.resolution_m;
-  const double turn = geometry_.layer_from_grid.yaw();
-  return {(1 - fy) * ((1 - fx) * d00 + fx * d01) + fy * ((1 - fx) * d10 + fx * d11),
-          {std::cos(turn) * gx - std::sin(turn) * gy, std::sin(turn) * gx + std::cos(turn) * gy}};
-}
+    : distance_(
+          occupancy.geometry(), occupancy.extent(),
+          [&](const CellIndex& cell) {
+            const auto value = occupancy.ValueAt(cell);
+            return value && *value > occupancy.spec().thresholds.occupied_above;
+          },
+          kReach_m) {}
 
 PoseCorrection WallMatcher::Match(const OrganisedCloud& cloud, const Eigen::Matrix3d& prior) const {
   PoseCorrection correction;
   correction.covariance = prior;
-  if (distance_m_.empty() || prior.llt().info() != Eigen::Success) return correction;
+  if (distance_.empty() || prior.llt().info() != Eigen::Success) return correction;
   const std::vector<Eigen::Vector2d> walls = Walls(cloud);
   if (static_cast<int>(walls.size()) < kMinBins) return correction;
   // The prior damps the steps: where no wall tells the pose, such as along a corridor, the motion
@@ -180,14 +108,15 @@ PoseCorrection WallMatcher::Match(const OrganisedCloud& cloud, const Eigen::Matr
     const double s = std::sin(correction.motion.z());
     for (const Eigen::Vector2d& wall : walls) {
       const Eigen::Vector2d turned(c * wall.x() - s * wall.y(), s * wall.x() + c * wall.y());
-      const Sample sample = At(cloud.foot + correction.motion.head<2>() + turned);
-      const double ratio = sample.distance / kernel;
+      const DistanceField::Sample sample =
+          distance_.At(cloud.foot + correction.motion.head<2>() + turned);
+      const double ratio = sample.distance_m / kernel;
       const double robust = 1.0 / ((1.0 + ratio * ratio) * (1.0 + ratio * ratio));
       const double weight = share * robust / (kWallSigma_m * kWallSigma_m);
       const Eigen::Vector3d jacobian(sample.gradient.x(), sample.gradient.y(),
                                      sample.gradient.dot(Eigen::Vector2d(-turned.y(), turned.x())));
       information += weight * jacobian * jacobian.transpose();
-      gradient += weight * sample.distance * jacobian;
+      gradient += weight * sample.distance_m * jacobian;
     }
     const Eigen::Vector3d step = information.ldlt().solve(gradient);
     correction.motion -= step;

@@ -3,9 +3,9 @@
 #define HYPERMAP_INGEST_PERCEPTION_WALL_MATCHER_H_
 
 #include <Eigen/Core>
-#include <vector>
 
 #include "ingest/perception/organised_cloud.h"
+#include "map/grid/distance_field.h"
 #include "map/layers/grid_layer.h"
 
 namespace hypermap::ingest {
@@ -32,18 +32,7 @@ class WallMatcher {
   PoseCorrection Match(const OrganisedCloud& cloud, const Eigen::Matrix3d& prior) const;
 
  private:
-  // Distance in metres to the centre of the nearest occupied cell, at most kReach_m, and its
-  // gradient along the axes of the layer's frame. Interpolated bilinearly between cell centres,
-  // since Gauss-Newton needs a continuous distance.
-  struct Sample {
-    double distance = 0.0;
-    Eigen::Vector2d gradient = Eigen::Vector2d::Zero();
-  };
-  Sample At(const Eigen::Vector2d& position) const;
-
-  GridGeometry geometry_;
-  CellBox box_;
-  std::vector<float> distance_m_;  // Distance transform, row-major over box_.
+  DistanceField distance_;  // To the occupied cells of the grid, in the layer's frame.
 };
 
 }  // namespace hypermap::ingest
