@@ -125,6 +125,10 @@ ROOMS = {
     "map/exploration": pure(
         "base/cancellation", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
     ),
+    "map/registration": pure(
+        "base/cancellation", "map/exploration", "map/frames", "map/geometry", "map/grid",
+        "map/layers", "map/values",
+    ),
     "map/evaluation": pure("map/geometry", "map/matching", "map/values"),
     # json: parameters and checkpoints are the strategies' own texts.
     "map/fusion": pure(
