@@ -103,6 +103,7 @@ TEST(EstimateFromObjectsTest, OtherObjectsAreNoAnswer) {
 
 TEST(EstimateFromObjectsTest, RowOfLikeThingsIsAmbiguous) {
   std::vector<Thing> things;
+  things.reserve(10);
   for (int i = 0; i < 10; ++i) things.push_back({"desk", {2.0 * i, 0.0}, 1.0});
   const auto estimate = EstimateFromObjects(*LayerOf(things), *LayerOf(things));
   ASSERT_TRUE(estimate.ok()) << estimate.status();
