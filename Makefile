@@ -152,12 +152,11 @@ fusion-table: build
 	  /usr/bin/python3 tests/fusion/table.py $(ARGS)
 
 # Each proof ends with one JSON object with its counts and "holds". With POSTGRES=1 the maps are in
-# PostgreSQL, and the cost of a question at a past revision is told and not judged: the database is
-# asked each time (docs/scaling.md).
+# PostgreSQL.
 $(PROOFS): build
 	@$(if $(POSTGRES),tests/postgres/with_cluster.sh) build/tests/hypermap_prove $(@:prove-%=%) \
 	  --server $(if $(POSTGRES),tests/postgres/hypermapd.sh,build/bin/hypermapd) \
-	  $(if $(and $(POSTGRES),$(findstring asof,$@)),--tell_speed) $(if $(findstring kill,$@),--history 1000) $(if $(findstring replica,$@),--edits 5000) $(if $(KILLS),--kills $(KILLS)) $(ARGS)
+	  $(if $(findstring kill,$@),--history 1000) $(if $(findstring replica,$@),--edits 5000) $(if $(KILLS),--kills $(KILLS)) $(ARGS)
 
 # Simulated histories; planted bugs must be found by the first 1,000 seeds.
 prove-histories: build

@@ -55,7 +55,7 @@ def run(*command):
 def rendered(seed, arguments):
     """Renders the scene of a seed, unless an earlier run has."""
     scene = arguments.scenes / f"seed_{seed}_every_{arguments.every}"
-    if not (scene / "gt.geojson").exists():
+    if not (scene / "occupancy.pgm").exists():  # which is written last
         run(BIN / "render_sequence", scene, f"--seed={seed}", f"--every={arguments.every}")
     return Drive(scene, f"seed {seed}", seed in TUNING)
 
