@@ -61,6 +61,8 @@ class Finder {
   bool IsNew(const std::vector<Hypothesis>& kept, const Hypothesis& hypothesis) const;
   Hypothesis HypothesisOf(const RigidFit& fit) const;
   absl::StatusOr<std::vector<Hypothesis>> DistinctHypotheses() const;
+  // The correspondences that agree, as the caller knows them.
+  std::vector<AgreeingPair> AgreeingPairs(const Hypothesis& hypothesis) const;
   // Fits the correspondences that agree until they stay the same. Returns false if they are fewer
   // than two.
   bool Refine(Hypothesis* hypothesis, Consensus* consensus) const;
@@ -177,6 +179,18 @@ std::vector<size_t> Finder::Agreeing(const Hypothesis& hypothesis, double tolera
   return agreeing;
 }
 
+std::vector<AgreeingPair> Finder::AgreeingPairs(const Hypothesis& hypothesis) const {
+  double gain = 0.0;
+  std::vector<AgreeingPair> pairs;
+  for (const size_t i : Agreeing(hypothesis, 1.0, &gain)) {
+    const Correspondence& c = correspondences_[i];
+    pairs.push_back({c.source, c.target, ResidualOf(hypothesis, i)});
+  }
+  std::sort(pairs.begin(), pairs.end(),
+            [](const AgreeingPair& a, const AgreeingPair& b) { return a.source < b.source; });
+  return pairs;
+}
+
 double Finder::Distance(const Hypothesis& a, const Hypothesis& b) const {
   const double lever_m = 2.0 * std::sin(0.5 * (a.turn.angle() - b.turn.angle())) * spread_m_;
   return std::hypot((a.mean - b.mean).norm(), lever_m);
@@ -219,7 +233,6 @@ bool Finder::Refine(Hypothesis* hypothesis, Consensus* consensus) const {
   for (int round = 0; round < kRefinements; ++round) {
     const std::vector<size_t> agreeing = Agreeing(*hypothesis, tolerances, &consensus->gain);
     if (agreeing.size() < 2) return false;
-    consensus->size = static_cast<int>(agreeing.size());
     if (agreeing == before) break;
     std::vector<PointPair> pairs;
     pairs.reserve(agreeing.size());
@@ -249,6 +262,7 @@ absl::StatusOr<std::vector<Consensus>> Finder::Run() {
     if (!IsNew(kept, hypothesis)) continue;
     kept.push_back(hypothesis);
     found.push_back(consensus);
+    found.back().agreeing = AgreeingPairs(hypothesis);
   }
   return found;
 }
@@ -274,7 +288,8 @@ TransformEstimate EstimateOf(const std::vector<Consensus>& found, size_t compara
   const auto most = static_cast<double>(std::max<size_t>(1, comparable));
   estimate.best = {found[0].fit.target_from_source, found[0].gain / most};
   estimate.covariance = found[0].fit.covariance;
-  estimate.inlier_share = found[0].size / most;
+  estimate.inlier_share = static_cast<double>(found[0].agreeing.size()) / most;
+  estimate.agreeing = found[0].agreeing;
   if (found.size() > 1) {
     estimate.runner_up = Mode{found[1].fit.target_from_source, found[1].gain / most};
   }

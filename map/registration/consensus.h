@@ -27,7 +27,8 @@ struct Consensus {
   RigidFit fit;
   // Sum of 1 - (residual / tolerance)^2 over them.
   double gain = 0.0;
-  int size = 0;
+  // Their indexes, sorted by source.
+  std::vector<AgreeingPair> agreeing;
 };
 
 // Returns the best consensus, and the best one whose transform is not near it, best first; fewer if

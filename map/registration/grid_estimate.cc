@@ -3,9 +3,11 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/registration/copy_refinement.h"
 #include "map/registration/pose_search.h"
@@ -37,6 +39,9 @@ constexpr double kLeastShareOfWalls = 0.85;
 constexpr double kMostOfSecondWalls = 0.7;
 // and the walls' standard deviation is at most this in each direction.
 constexpr double kMostSigma_m = 0.1;
+
+// Images and poses of the search, at most.
+constexpr int64_t kBytesOfSearch = 16 << 20;
 
 // Of the source's centre and yaw, in 1 / m^2 and 1 / rad^2.
 constexpr double kLeastInformation = 1e-6;
@@ -123,6 +128,7 @@ Ambiguity AmbiguityOf(const TransformEstimate& estimate, double sigma_m) {
 
 absl::StatusOr<TransformEstimate> EstimateFromGrids(const GridLayer& source_grid,
                                                     const GridLayer& target_grid) {
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfSearch));
   HYPERMAP_ASSIGN_OR_RETURN(const WallMap source, WallMap::Make(source_grid, "source"));
   HYPERMAP_ASSIGN_OR_RETURN(const WallMap target, WallMap::Make(target_grid, "target"));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<PlanarTransform> finalists,

@@ -13,7 +13,7 @@ namespace hypermap::registration {
 // have different resolutions, unknown cells, and parts that the other one lacks.
 //
 // FAILED_PRECONDITION if one of them has no occupied cell, RESOURCE_EXHAUSTED if one has more known
-// cells than WallMap::kMaxCells, errors of CheckCancelled.
+// cells than WallMap::kMaxCells, errors of CheckCancelled and TakeMemory.
 absl::StatusOr<TransformEstimate> EstimateFromGrids(const GridLayer& source,
                                                     const GridLayer& target);
 

@@ -1,10 +1,12 @@
 #include "map/registration/grid_estimate.h"
 
 #include <cmath>
+#include <memory>
 #include <optional>
 
 #include "base/cancellation/cancellation.h"
 #include "gtest/gtest.h"
+#include "map/registration/layer_estimate.h"
 #include "map/registration/testing/drawn_plan.h"
 
 namespace hypermap::registration {
@@ -37,6 +39,22 @@ TEST(EstimateFromGridsTest, RoomIsLaidOverItselfWithAnyCells) {
     ASSERT_NE(estimate->runner_up, std::nullopt);
     EXPECT_LT(estimate->runner_up->score, 0.7);
   }
+}
+
+TEST(EstimateFromGridsTest, LayersOfTwoMapsAreLaidOverEachOtherInTheirFrames) {
+  auto source = std::make_shared<Snapshot>();
+  source->layers["floor"] = Drawn(FurnishedRoom, kSourcePose, 0.05, 6.0);
+  auto target = std::make_shared<Snapshot>();
+  target->layers["floor"] = Drawn(FurnishedRoom, kTargetPose, 0.05, 6.0);
+  const PlanarTransform site_from_map(20.0, 1.0, -0.5);
+  ASSERT_TRUE(target->frames.Set({"site", "map", site_from_map}).ok());
+  const auto estimate = EstimateFromLayers({source, "floor", ""}, {target, "floor", "site"});
+  ASSERT_TRUE(estimate.ok()) << estimate.status();
+  EXPECT_EQ(estimate->ambiguity, Ambiguity::kNone);
+  const PlanarTransform expected = site_from_map * kTrueOfGrids;
+  const PlanarTransform& found = estimate->best.target_from_source;
+  EXPECT_LT(std::hypot(found.x() - expected.x(), found.y() - expected.y()), 0.03);
+  EXPECT_NEAR(found.yaw(), expected.yaw(), 0.005);
 }
 
 TEST(EstimateFromGridsTest, EmptyRoomCouldBeTurnedRound) {

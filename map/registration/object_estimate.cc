@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <set>
 #include <string>
@@ -9,6 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/geometry/shape.h"
 #include "map/registration/consensus.h"
@@ -26,13 +28,17 @@ constexpr double kObjectSigmas = 3.0;
 constexpr double kMostSizeRatio = 1.6;
 // An estimate is ambiguous unless at least this many objects agree, because any two that are
 // equally far apart do, a third may by chance,
-constexpr int kLeastObjects = 4;
+constexpr size_t kLeastObjects = 4;
 // they are at least this share of those that could,
 constexpr double kLeastShareOfObjects = 0.3;
 // and the score of the runner-up is at most this share of the best one's.
 constexpr double kMostOfSecondObjects = 0.7;
 
+// Each is kept as given, sorted, and as coordinates.
+constexpr int64_t kBytesOfCorrespondence = 2 * sizeof(Correspondence) + 4 * sizeof(Point);
+
 struct Thing {
+  ObjectId id;
   Point place;
   double size_m;
 };
@@ -51,7 +57,7 @@ absl::StatusOr<Things> ThingsOf(const SemanticLayer& layer, absl::string_view na
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     if (object->shape.empty()) continue;
     things[FoldLabel(object->label)].push_back(
-        {Centroid(object->shape), std::sqrt(Area(object->shape))});
+        {object->id, Centroid(object->shape), std::sqrt(Area(object->shape))});
   }
   return things;
 }
@@ -74,14 +80,20 @@ absl::StatusOr<TransformEstimate> EstimateFromObjects(const SemanticLayer& sourc
   std::vector<Correspondence> correspondences;
   std::set<int> used_sources;
   std::set<int> used_targets;
-  int source_base = 0;
-  int target_base = 0;
+  // By index.
+  std::vector<ObjectId> source_ids;
+  std::vector<ObjectId> target_ids;
   for (const auto& [label, of_source] : sources) {
     const auto found = targets.find(label);
     if (found == targets.end()) continue;
     const std::vector<Thing>& of_target = found->second;
+    const auto source_base = static_cast<int>(source_ids.size());
+    const auto target_base = static_cast<int>(target_ids.size());
+    for (const Thing& thing : of_source) source_ids.push_back(thing.id);
+    for (const Thing& thing : of_target) target_ids.push_back(thing.id);
     for (size_t i = 0; i < of_source.size(); ++i) {
       HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+      const size_t before = correspondences.size();
       for (size_t j = 0; j < of_target.size(); ++j) {
         if (!IsOfLikeSize(of_source[i], of_target[j])) continue;
         const int source_index = source_base + static_cast<int>(i);
@@ -95,9 +107,9 @@ absl::StatusOr<TransformEstimate> EstimateFromObjects(const SemanticLayer& sourc
         return absl::ResourceExhaustedError(
             absl::StrCat("more than ", kMaxCorrespondences, " pairs of objects may be the same"));
       }
+      HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfCorrespondence *
+                                          static_cast<int64_t>(correspondences.size() - before)));
     }
-    source_base += static_cast<int>(of_source.size());
-    target_base += static_cast<int>(of_target.size());
   }
   if (correspondences.empty()) {
     return absl::FailedPreconditionError(
@@ -106,7 +118,12 @@ absl::StatusOr<TransformEstimate> EstimateFromObjects(const SemanticLayer& sourc
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Consensus> found, FindConsensus(correspondences));
   TransformEstimate estimate =
       EstimateOf(found, std::min(used_sources.size(), used_targets.size()));
-  if (found.empty() || found[0].size < kLeastObjects ||
+  for (AgreeingPair& pair : estimate.agreeing) {
+    pair = {source_ids[pair.source], target_ids[pair.target], pair.residual_m};
+  }
+  std::sort(estimate.agreeing.begin(), estimate.agreeing.end(),
+            [](const AgreeingPair& a, const AgreeingPair& b) { return a.source < b.source; });
+  if (found.empty() || found[0].agreeing.size() < kLeastObjects ||
       estimate.inlier_share < kLeastShareOfObjects) {
     estimate.ambiguity = Ambiguity::kLittleAgreement;
   } else if (estimate.runner_up &&

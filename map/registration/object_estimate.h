@@ -18,7 +18,7 @@ inline constexpr int64_t kMaxCorrespondences = 200'000;
 // a tenth of their size.
 //
 // FAILED_PRECONDITION if no two objects may be the same, RESOURCE_EXHAUSTED for more than
-// kMaxRegisteredObjects or kMaxCorrespondences, errors of CheckCancelled.
+// kMaxRegisteredObjects or kMaxCorrespondences, errors of CheckCancelled and TakeMemory.
 absl::StatusOr<TransformEstimate> EstimateFromObjects(const SemanticLayer& source,
                                                       const SemanticLayer& target);
 

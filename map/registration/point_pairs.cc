@@ -30,7 +30,7 @@ double Weight(const PointPair& pair) { return 1.0 / (pair.sigma_m * pair.sigma_m
 absl::Status CheckPairs(absl::Span<const PointPair> pairs) {
   if (pairs.size() < 2) return absl::FailedPreconditionError("a transform needs two pairs");
   if (pairs.size() > kMaxPointPairs) {
-    return absl::InvalidArgumentError(
+    return absl::ResourceExhaustedError(
         absl::StrCat("pairs has ", pairs.size(), " elements, more than ", kMaxPointPairs));
   }
   for (size_t i = 0; i < pairs.size(); ++i) {

@@ -3,6 +3,7 @@
 #define HYPERMAP_MAP_REGISTRATION_POINT_PAIRS_H_
 
 #include <Eigen/Core>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "absl/types/span.h"
@@ -24,6 +25,12 @@ struct PointPair {
   double sigma_m = 0.05;
 };
 
+// A pair that people know by a name, such as that of the corner of a room.
+struct NamedPair {
+  std::string name;  // or empty
+  PointPair pair;
+};
+
 struct RigidFit {
   PlanarTransform target_from_source;
   // Of (x, y, yaw) of target_from_source, in metres and radians. Scaled up if the residuals are
@@ -42,9 +49,9 @@ RigidFit FitPairs(absl::Span<const PointPair> pairs);
 
 // Returns the transform that most pairs agree on. A minority of them may be wrong by any distance,
 // if the right ones are at least three. `runner_up` is the transform on which the most other pairs
-// agree. FAILED_PRECONDITION for fewer than two pairs, INVALID_ARGUMENT for more than
-// kMaxPointPairs, a coordinate that is not finite, or a sigma that is not positive; errors of
-// CheckCancelled.
+// agree. FAILED_PRECONDITION for fewer than two pairs, RESOURCE_EXHAUSTED for more than
+// kMaxPointPairs, INVALID_ARGUMENT for a coordinate that is not finite, or a sigma that is not
+// positive; errors of CheckCancelled.
 absl::StatusOr<TransformEstimate> EstimateFromPairs(absl::Span<const PointPair> pairs);
 
 }  // namespace hypermap::registration

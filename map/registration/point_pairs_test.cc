@@ -95,6 +95,12 @@ TEST(EstimateFromPairsTest, WrongPairsAreFound) {
     // A right pair may lie beyond its tolerance by chance.
     EXPECT_LE(estimate->inlier_share, 8.0 / 12.0 + 1e-9);
     EXPECT_GE(estimate->inlier_share, 6.0 / 12.0);
+    for (const AgreeingPair& pair : estimate->agreeing) {
+      EXPECT_EQ(pair.source, pair.target);
+      // Those that were made wrong are not among them.
+      EXPECT_TRUE(pair.source % 2 == 1 || pair.source >= 8) << pair.source;
+      EXPECT_LT(pair.residual_m, 3.0 * 0.02);
+    }
   }
 }
 
@@ -105,6 +111,9 @@ TEST(EstimateFromPairsTest, TwoPairsAreEnoughIfTheirDistancesAgree) {
   EXPECT_EQ(agree->ambiguity, Ambiguity::kNone);
   EXPECT_NEAR(agree->best.target_from_source.yaw(), M_PI / 2, 1e-9);
   EXPECT_EQ(agree->inlier_share, 1.0);
+  ASSERT_EQ(agree->agreeing.size(), 2u);
+  EXPECT_EQ(agree->agreeing[1].source, 1);
+  EXPECT_EQ(agree->agreeing[1].target, 1);
   EXPECT_EQ(agree->runner_up, std::nullopt);
   const auto differ =
       EstimateFromPairs(std::vector<PointPair>{{{0, 0}, {5, 5}, 0.05}, {{4, 0}, {5, 10}, 0.05}});
@@ -140,7 +149,7 @@ TEST(EstimateFromPairsTest, WrongPairsAreNamed) {
   EXPECT_THAT(status({good, {{NAN, 0}, {1, 1}, 0.05}}).message(), HasSubstr("pairs[1]"));
   EXPECT_THAT(status({good, {{0, 0}, {1, 1}, 0.0}}).message(), HasSubstr("pairs[1].sigma_m"));
   EXPECT_EQ(status(std::vector<PointPair>(kMaxPointPairs + 1, good)).code(),
-            absl::StatusCode::kInvalidArgument);
+            absl::StatusCode::kResourceExhausted);
 }
 
 }  // namespace

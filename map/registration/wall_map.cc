@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
+#include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 
 namespace hypermap::registration {
@@ -55,6 +56,7 @@ absl::StatusOr<WallMap> WallMap::Make(const GridLayer& grid, absl::string_view n
   if (known.num_cells() > kMaxCells) {
     return TooMany(name, "cells in the box around all known ones", known.num_cells(), kMaxCells);
   }
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfCell * known.num_cells()));
   FloorPlan plan = ReadFloorPlan(grid, known);
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   const int64_t walls = std::count(plan.values().begin(), plan.values().end(), Floor::kOccupied);
@@ -62,6 +64,7 @@ absl::StatusOr<WallMap> WallMap::Make(const GridLayer& grid, absl::string_view n
     return absl::FailedPreconditionError(absl::StrCat(name, " has no occupied cells"));
   }
   if (walls > kMaxWalls) return TooMany(name, "occupied cells", walls, kMaxWalls);
+  HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfWall * walls));
   WallMap map(grid.geometry(), std::move(plan));
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   return map;

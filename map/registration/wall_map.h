@@ -18,9 +18,11 @@ namespace hypermap::registration {
 class WallMap {
  public:
   // Cells of the smallest box around all known cells (205 m x 205 m with cells of 5 cm), and
-  // occupied ones. A map takes some 10 bytes for each of the first, and 16 for each of the second.
+  // occupied ones, and the bytes that a map takes for each of them.
   static constexpr int64_t kMaxCells = int64_t{1} << 24;
   static constexpr int64_t kMaxWalls = int64_t{1} << 21;
+  static constexpr int64_t kBytesOfCell = 10;
+  static constexpr int64_t kBytesOfWall = 16;
   // Largest side of a cell: walls are compared to within some cells, which must be less than the
   // reach.
   static constexpr double kMaxResolution_m = 0.5;
@@ -28,8 +30,8 @@ class WallMap {
   static constexpr double kReach_m = 1.5;
 
   // FAILED_PRECONDITION if no cell is occupied or cells are larger than kMaxResolution_m,
-  // RESOURCE_EXHAUSTED for more than kMaxCells or kMaxWalls, and errors of CheckCancelled. Linear
-  // in the cells. `grid` is an occupancy layer, which errors call `name`.
+  // RESOURCE_EXHAUSTED for more than kMaxCells or kMaxWalls, and errors of CheckCancelled and
+  // TakeMemory. Linear in the cells. `grid` is an occupancy layer, which errors call `name`.
   static absl::StatusOr<WallMap> Make(const GridLayer& grid, absl::string_view name);
 
   // The centres of the occupied cells.

@@ -126,8 +126,8 @@ ROOMS = {
         "base/cancellation", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
     ),
     "map/registration": pure(
-        "base/cancellation", "map/exploration", "map/frames", "map/geometry", "map/grid",
-        "map/layers", "map/values",
+        "base/cancellation", "base/metering", "map", "map/exploration", "map/frames",
+        "map/geometry", "map/grid", "map/layers", "map/values",
     ),
     "map/evaluation": pure("map/geometry", "map/matching", "map/values"),
     # json: parameters and checkpoints are the strategies' own texts.
