@@ -79,7 +79,7 @@ install(DIRECTORY demo/office DESTINATION ${share}/hypermap/demo COMPONENT clien
 install(TARGETS hypermap_cancellation hypermap_client hypermap_containers hypermap_content_digest
     hypermap_digest hypermap_edits hypermap_metering
     hypermap_exploration hypermap_frames hypermap_geometry hypermap_grid hypermap_identity hypermap_images hypermap_layers hypermap_limits hypermap_map
-    hypermap_objects hypermap_observations hypermap_proto hypermap_query hypermap_robot_reports hypermap_status
+    hypermap_objects hypermap_observations hypermap_proto hypermap_query hypermap_registration hypermap_robot_reports hypermap_status
     hypermap_sync hypermap_tls hypermap_values hypermap_watch hypermap_wire
     hypermap_replica hypermap_geopackage hypermap_outbox hypermap_outbox_file hypermap_sqlite
     hypermap_storage hypermap_storage_encoding hypermap_text

@@ -55,6 +55,8 @@ constexpr RpcInfo kRpcs[] = {
     {Rpc::kRebuildLayer, kIngestService, "RebuildLayer", Role::kEditor, By::kOwner},
     // A robot may retract its own observations only.
     {Rpc::kRetractSource, kIngestService, "RetractSource", Role::kRobot, By::kOwner},
+    // Reads two maps, both of which the caller must have access to.
+    {Rpc::kEstimateTransform, kQueryService, "EstimateTransform", Role::kReader, By::kAnyServer},
     {Rpc::kQueryArea, kQueryService, "QueryArea", Role::kReader, By::kAnyServer},
     {Rpc::kQueryNearest, kQueryService, "QueryNearest", Role::kReader, By::kAnyServer},
     {Rpc::kQueryPoint, kQueryService, "QueryPoint", Role::kReader, By::kAnyServer},

@@ -47,6 +47,7 @@ enum class Rpc {
   kRebuildLayer,
   kRetractSource,
   // hypermap.v1.QueryService
+  kEstimateTransform,
   kQueryArea,
   kQueryNearest,
   kQueryPoint,

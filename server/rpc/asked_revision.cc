@@ -61,6 +61,11 @@ absl::StatusOr<SnapshotPtr> AskedRevision::ForArea(const Scope& scope,
   return ReadPast(*past_, scope, area);
 }
 
+absl::StatusOr<SnapshotPtr> AskedRevision::ForLayer(const std::string& layer) const {
+  if (!past_) return newest_;
+  return ReadPastLayer(*past_, layer);
+}
+
 absl::StatusOr<SnapshotPtr> AskedRevision::ForPoints(const Scope& scope,
                                                      absl::Span<const Point> points,
                                                      double tolerance_m) const {

@@ -36,6 +36,8 @@ class AskedRevision {
   absl::StatusOr<SnapshotPtr> ForPoint(const Scope& scope, const Point& p,
                                        double tolerance_m) const;
   absl::StatusOr<SnapshotPtr> ForArea(const Scope& scope, const std::optional<Polygon>& area) const;
+  // With all of the layer. NOT_FOUND naming the layer, unless the snapshot is the newest.
+  absl::StatusOr<SnapshotPtr> ForLayer(const std::string& layer) const;
   // REQUIRES: all points are finite.
   absl::StatusOr<SnapshotPtr> ForPoints(const Scope& scope, absl::Span<const Point> points,
                                         double tolerance_m) const;

@@ -53,6 +53,11 @@ absl::Status CallContext::EnterMap(std::string map) {
   return any_server || site_ == nullptr ? absl::OkStatus() : site_->CheckOwner(log_.map());
 }
 
+absl::Status CallContext::EnterSourceMap(std::string map) {
+  log_.set_source_map(std::move(map));
+  return log_.source_map().empty() ? absl::OkStatus() : caller_.CheckMap(log_.source_map());
+}
+
 absl::Status CallContext::CheckWanted() const {
   HYPERMAP_RETURN_IF_ERROR(server::CheckWanted(*context_));
   return access_->CheckStill(caller_);

@@ -55,6 +55,10 @@ class CallContext {
   // if only the owner of the map can answer, which is another server.
   absl::Status EnterMap(std::string map);
 
+  // The same, in addition, for a request that also reads another map; with "" for others. It is
+  // never passed on because of that map. REQUIRES: any server answers the rpc, unless `map` is "".
+  absl::Status EnterSourceMap(std::string map);
+
   // As server::CheckWanted; also UNAUTHENTICATED or PERMISSION_DENIED once the caller is not what
   // it was when the call began. Thread safe.
   absl::Status CheckWanted() const;

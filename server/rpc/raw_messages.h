@@ -15,14 +15,26 @@
 
 namespace hypermap::server {
 
-// The name of the map in a request: of its scope, or a field of its own. Empty for requests that
-// name none.
+// The name of the map in a request: of its scope, or a field of its own; of its target if it has a
+// source and a target. Empty for requests that name none.
 template <typename Request>
 std::string MapOf(const Request& request) {
   if constexpr (requires { request.scope(); }) {
     return request.scope().map();
   } else if constexpr (requires { request.map(); }) {
     return request.map();
+  } else if constexpr (requires { request.target().scope(); }) {
+    return request.target().scope().map();
+  } else {
+    return "";
+  }
+}
+
+// The name of the map that is the source of a request with a source and a target. Empty for others.
+template <typename Request>
+std::string SourceMapOf(const Request& request) {
+  if constexpr (requires { request.source().scope(); }) {
+    return request.source().scope().map();
   } else {
     return "";
   }

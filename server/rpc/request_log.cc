@@ -89,6 +89,7 @@ std::vector<logging::Field> RequestLog::Fields() const {
   std::vector<logging::Field> fields = {
       {"rpc", InfoOf(rpc_).method}, {"peer", context_->peer()}, {"request_id", Name()}};
   if (!map_.empty()) fields.emplace_back("map", map_);
+  if (!source_map_.empty()) fields.emplace_back("source_map", source_map_);
   if (!forwarded_to_.empty()) fields.emplace_back("forwarded_to", forwarded_to_);
   const absl::string_view trace_id = TraceIdOf(MetadataOf(*context_, kTraceParentKey));
   if (!trace_id.empty()) fields.emplace_back("trace_id", trace_id);

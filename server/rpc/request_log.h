@@ -35,6 +35,9 @@ class RequestLog {
 
   void set_map(std::string map) { map_ = std::move(map); }
   const std::string& map() const { return map_; }
+  // The other map of a request that reads two; empty if there is none.
+  void set_source_map(std::string map) { source_map_ = std::move(map); }
+  const std::string& source_map() const { return source_map_; }
 
   // The author of the changes of a caller without identity: the name that it gives itself (metadata
   // x-hypermap-author), or else its address. INVALID_ARGUMENT as ValidateAuthor says.
@@ -68,6 +71,7 @@ class RequestLog {
   const grpc::CallbackServerContext* const context_;
   const Rpc rpc_;
   std::string map_;
+  std::string source_map_;
   std::string forwarded_to_;
   mutable std::string made_id_;  // empty until a line needs it
   const SteadyTime begin_;

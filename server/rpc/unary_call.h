@@ -90,6 +90,7 @@ class UnaryCall {
   // Keeps the call, which is this one, until gRPC is done with it.
   void KeepUntilDone(std::shared_ptr<UnaryCall> call) { self_ = std::move(call); }
   absl::Status EnterMap(std::string map) { return context_.EnterMap(std::move(map)); }
+  absl::Status EnterSourceMap(std::string map) { return context_.EnterSourceMap(std::move(map)); }
   void Refuse(const absl::Status& status) { admitted_ = status; }
   const RawMessages& raw() const { return raw_; }
 
@@ -181,7 +182,8 @@ class UnaryCallOf final : public UnaryCall {
   absl::Status Parse() override {
     HYPERMAP_RETURN_IF_ERROR(ticket().ChargeRest(Request::default_instance(), *raw().request));
     HYPERMAP_RETURN_IF_ERROR(ParseRequest(*raw().request, request_));
-    return EnterMap(MapOf(*request_));
+    HYPERMAP_RETURN_IF_ERROR(EnterMap(MapOf(*request_)));
+    return EnterSourceMap(SourceMapOf(*request_));
   }
   void ClearResponse() override { response_->Clear(); }
   grpc::Slice EncodeResponse() override { return Serialize(*response_); }

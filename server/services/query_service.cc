@@ -17,6 +17,7 @@
 #include "server/rpc/revision_wait.h"
 #include "server/rpc/short_turn.h"
 #include "server/rpc/unary_call.h"
+#include "server/services/estimate_transform.h"
 #include "server/services/part_source.h"
 #include "server/services/points_call.h"
 #include "wire/answer.h"
@@ -313,6 +314,12 @@ absl::StatusOr<std::optional<int64_t>> QueryService::AnswerNearest(NearestCall& 
 grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* QueryService::QueryPoints(
     grpc::CallbackServerContext* context) {
   return new PointsCall(context, &facilities_, &points_calls_);
+}
+
+grpc::ServerUnaryReactor* QueryService::EstimateTransform(grpc::CallbackServerContext* context,
+                                                          const grpc::ByteBuffer* request,
+                                                          grpc::ByteBuffer* response) {
+  return server::EstimateTransform(facilities_, context, {request, response});
 }
 
 }  // namespace hypermap::server

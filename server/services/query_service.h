@@ -25,7 +25,8 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
                              v1::QueryService::WithRawCallbackMethod_QueryValue<
                                  v1::QueryService::WithRawCallbackMethod_QueryNearest<
                                      v1::QueryService::WithRawCallbackMethod_QueryPoints<
-                                         v1::QueryService::Service>>>>> {
+                                         v1::QueryService::WithRawCallbackMethod_EstimateTransform<
+                                             v1::QueryService::Service>>>>>> {
  public:
   explicit QueryService(const Facilities& facilities) : facilities_(facilities) {}
 
@@ -41,6 +42,9 @@ class QueryService : public v1::QueryService::WithRawCallbackMethod_QueryPoint<
                                          grpc::ByteBuffer* response) override;
   grpc::ServerBidiReactor<grpc::ByteBuffer, grpc::ByteBuffer>* QueryPoints(
       grpc::CallbackServerContext* context) override;
+  grpc::ServerUnaryReactor* EstimateTransform(grpc::CallbackServerContext* context,
+                                              const grpc::ByteBuffer* request,
+                                              grpc::ByteBuffer* response) override;
 
   // Ends all QueryPoints streams, and refuses new ones.
   void StopStreams() { points_calls_.Stop(); }

@@ -107,6 +107,14 @@ absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
   return Read(past, scope, &box);
 }
 
+absl::StatusOr<SnapshotPtr> ReadPastLayer(storage::PastMap& past, const std::string& layer) {
+  const MapStructure& structure = *past.structure();
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerStructure* const found, structure.GetLayer(layer));
+  auto view = std::make_shared<Snapshot>(structure.EmptySnapshot());
+  HYPERMAP_ASSIGN_OR_RETURN(view->layers[layer], ReadLayer(past, *found, /*box=*/nullptr));
+  return view;
+}
+
 absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope, const Box& box,
                                      double tolerance_m) {
   // The query itself refuses numbers that are not finite, and a negative tolerance.

@@ -8,6 +8,7 @@
 #define HYPERMAP_SERVER_SESSION_PAST_SNAPSHOT_H_
 
 #include <optional>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "map/query/query.h"
@@ -20,6 +21,10 @@ namespace hypermap::server {
 // PastMap's.
 absl::StatusOr<SnapshotPtr> ReadPast(storage::PastMap& past, const Scope& scope,
                                      const std::optional<Polygon>& area);
+
+// A view with all of one layer, whatever its frame. NOT_FOUND naming the layer, and PastMap's
+// errors.
+absl::StatusOr<SnapshotPtr> ReadPastLayer(storage::PastMap& past, const std::string& layer);
 
 // A view for ContentAt and PointsAsker with this tolerance, for points in `box` (in the scope's
 // frame). REQUIRES: `box` is not empty.

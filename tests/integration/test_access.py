@@ -28,6 +28,7 @@ NEEDED = {
     "StartExploration": EDITOR, "StopExploration": EDITOR, "ExplainObject": READER,
     "Observe": ROBOT, "RebuildLayer": EDITOR, "RetractSource": ROBOT, "QueryArea": READER,
     "QueryNearest": READER, "QueryPoint": READER, "QueryPoints": READER, "QueryValue": READER,
+    "EstimateTransform": READER,
     "ListChanges": READER, "ListRevisions": READER, "Replicate": READER, "Watch": READER,
     "ListRobots": READER, "Report": ROBOT, "WatchRobots": READER,
 }
@@ -51,8 +52,8 @@ def request_about(method, map_name, robot):
     """
     request = {}
     fields = method.input_type.fields_by_name
-    for name in ("header", "opening", "report"):
-        if name in fields:
+    for name in ("header", "opening", "report", "source", "target"):
+        if name in fields and fields[name].message_type:
             request[name] = request_about_type(fields[name].message_type, map_name, robot)
     request.update(request_about_type(method.input_type, map_name, robot))
     return request

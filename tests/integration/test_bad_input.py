@@ -19,6 +19,7 @@ from processes import SiteTest
 INVALID = grpc.StatusCode.INVALID_ARGUMENT
 NOT_FOUND = grpc.StatusCode.NOT_FOUND
 EXHAUSTED = grpc.StatusCode.RESOURCE_EXHAUSTED
+FAILED = grpc.StatusCode.FAILED_PRECONDITION
 EXISTS = grpc.StatusCode.ALREADY_EXISTS
 
 SQUARE = {"outer": rpc.columns(sites.SQUARE)}
@@ -121,6 +122,35 @@ def requests():
             {"scope": site, "point": point, "value": "chair", "k": k}, INVALID, "k"
     yield "k too large", "QueryNearest", \
         {"scope": site, "point": point, "value": "chair", "k": 2**31 - 1}, EXHAUSTED, "max_nearest"
+    side, pair = {"scope": site}, {"source": point, "target": point}
+    grid = {"scope": rpc.scope("site", "grid")}
+    yield "no source", "EstimateTransform", {"target": side, "pairs": [pair, pair]}, INVALID, "source"
+    yield "no target", "EstimateTransform", {"source": side, "pairs": [pair, pair]}, INVALID, "target"
+    yield "nothing to compare", "EstimateTransform", {"source": side, "target": grid}, INVALID, \
+        "source: scope.layers"
+    yield "two layers of a side", "EstimateTransform", \
+        {"source": grid, "target": {"scope": rpc.scope("site", "grid", "things")}}, INVALID, \
+        "target: scope.layers"
+    yield "layers and pairs", "EstimateTransform", \
+        {"source": side, "target": grid, "pairs": [pair, pair]}, INVALID, "target: scope.layers"
+    yield "unknown source", "EstimateTransform", \
+        {"source": {"scope": rpc.scope("nowhere", "grid")}, "target": grid}, NOT_FOUND, "nowhere"
+    yield "one pair", "EstimateTransform", \
+        {"source": side, "target": side, "pairs": [pair]}, FAILED, "two pairs"
+    yield "too many pairs", "EstimateTransform", \
+        {"source": side, "target": side, "pairs": [pair] * 1001}, EXHAUSTED, "pairs"
+    yield "pair without target", "EstimateTransform", \
+        {"source": side, "target": side, "pairs": [pair, {"source": point}]}, INVALID, "pairs[1]"
+    for number in ("NaN", "Infinity"):
+        yield f"pair at {number}", "EstimateTransform", \
+            {"source": side, "target": side,
+             "pairs": [pair, pair | {"target": point | {"y": number}}]}, INVALID, "pairs[1].target"
+    for sigma in (-0.1, "NaN", "Infinity"):
+        yield f"sigma {sigma}", "EstimateTransform", \
+            {"source": side, "target": side, "pairs": [pair, pair | {"sigma_m": sigma}]}, INVALID, \
+            "pairs[1].sigma_m"
+    yield "layers of different kinds", "EstimateTransform", \
+        {"source": {"scope": rpc.scope("site", "things")}, "target": grid}, FAILED, "occupancy"
     for name in NAMES:
         yield f"map name {name!r}", "CreateMap", {"map": name}, INVALID, "map"
         if name:

@@ -92,6 +92,16 @@ class CancelledQuestions(CancellationTest):
         self.expect_given_up("QueryNearest",
                              lambda: [self.begin("QueryNearest", **ask) for _ in range(500)])
 
+    @cancels("EstimateTransform")
+    def test_transform_of_a_floor_with_walls(self):
+        self.make_floor(side=1000)
+        walls = [sites.square(self.random.uniform(0, 49), self.random.uniform(0, 49))
+                 for _ in range(400)]
+        self.client.ApplyEdits(map="site", edits=[self.fill(wall, value=1) for wall in walls])
+        side = {"scope": rpc.scope("site", "grid")}
+        self.expect_given_up("EstimateTransform", lambda: [
+            self.begin("EstimateTransform", source=side, target=side) for _ in range(2)])
+
     @cancels("QueryArea")
     def test_areas_with_many_vertices(self):
         self.create_things(cols=100)

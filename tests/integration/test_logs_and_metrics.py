@@ -77,6 +77,14 @@ class Log(Observed):
         self.assertIn("nowhere", line["error"])
         self.assertEqual(line["file"], "request_log.cc")
 
+    def test_a_call_that_reads_two_maps_names_both(self):
+        side = [{"scope": rpc.scope(name, "floor")} for name in ("nowhere", "elsewhere")]
+        with rpc.Client(self.site.address, metadata=[("x-request-id", "two")]) as client:
+            with self.assertRaises(grpc.RpcError):
+                client.EstimateTransform(source=side[0], target=side[1])
+        (line,) = self.lines("call failed", request_id="two")
+        self.assertEqual((line["source_map"], line["map"]), ("nowhere", "elsewhere"))
+
     def test_a_call_without_a_valid_name_gets_one(self):
         for metadata in ([], [("x-request-id", "two words")], [("x-request-id", "x" * 129)]):
             name = self.ask_for_nothing(*metadata, ("traceparent", TRACEPARENT.upper()))

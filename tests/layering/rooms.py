@@ -141,7 +141,7 @@ ROOMS = {
         ["base/cancellation", "base/identity", "base/limits", "base/status", "base/sync", "map",
          "map/digest", "map/edits",
          "map/exploration", "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects",
-         "map/observations", "map/query", "map/robots", "map/watch", "proto"],
+         "map/observations", "map/query", "map/registration", "map/robots", "map/watch", "proto"],
         {"absl", "grpc", "protobuf"},
     ),
     # protobuf: sends the descriptors of the messages. It knows nothing of the domain.
@@ -249,7 +249,7 @@ ROOMS = {
     "server/services": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging",
          "base/metering", "base/status", "base/sync", "base/tls", "map", "map/digest", "map/layers",
-         "map/observations", "map/query", "map/robots", "map/values", "proto", "server/auth",
+         "map/observations", "map/query", "map/registration", "map/robots", "map/values", "proto", "server/auth",
          "server/exploration", "server/forward", "server/fusion", "server/presence", "server/rpc",
          "server/session", "server/watch", "storage/interchange", "wire", "wire/health", "wire/reflection"],
         {"absl", "grpc"},
