@@ -15,6 +15,8 @@
 #include "map/frames/frame_tree.h"
 #include "map/objects/semantic_object.h"
 #include "map/query/answers.h"
+#include "map/registration/point_pairs.h"
+#include "map/registration/transform_answer.h"
 #include "map/server_list.h"
 #include "map/snapshot.h"
 #include "map/watch/map_change.h"
@@ -101,6 +103,9 @@ using answers::LayerRefusal;
 using answers::NearestAnswer;
 using answers::NearestMatch;
 using answers::PointAnswer;
+
+using registration::NamedPair;
+using registration::TransformAnswer;
 
 // Objects and cells are in the requested frame; caller_from_layer is the identity.
 using hypermap::MapChange;

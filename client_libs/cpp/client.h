@@ -91,6 +91,17 @@ struct RevisionPage {
   bool newest_first = false;
 };
 
+// One of the two maps that EstimateTransform lays over each other.
+struct TransformSide {
+  std::string map;
+  std::string layer;     // empty for an estimate from pairs of points
+  std::string frame_id;  // of which the transform is wanted; empty: the map's own
+  // The revision that is read.
+  AsOf as_of = {};
+  // The incarnation that the caller expects the map to be, as CallOptions::incarnation.
+  uint64_t incarnation = 0;
+};
+
 // Returns 128 random bits as 32 hex digits.
 std::string NewRequestId();
 
@@ -195,6 +206,20 @@ class Client {
                                              const std::string& value, int k,
                                              const Scope& scope = {},
                                              const CallOptions& options = {});
+  // Estimates the transform that lays a layer over another one of the same kind, occupancy or
+  // semantic, of the same map or of another; changes nothing. Do not use an answer that is
+  // ambiguous without a further look (map/registration). as_of and incarnation of `options` are not
+  // used. FAILED_PRECONDITION if the layers can't be compared, or have nothing to compare;
+  // RESOURCE_EXHAUSTED if they are too large.
+  absl::StatusOr<TransformAnswer> EstimateTransform(const TransformSide& source,
+                                                    const TransformSide& target,
+                                                    const CallOptions& options = {});
+  // The same from at least two pairs of points, each in the frames of the two sides, which name no
+  // layers. Some of the pairs may be wrong.
+  absl::StatusOr<TransformAnswer> EstimateTransformFromPairs(const TransformSide& source,
+                                                             const TransformSide& target,
+                                                             const std::vector<NamedPair>& pairs,
+                                                             const CallOptions& options = {});
 
   // Carries out all edits as one revision, or none of them. They are on disk when the call returns.
   absl::StatusOr<EditAnswer> ApplyEdits(const std::string& map, const EditBatch& batch,

@@ -272,6 +272,59 @@ TEST(ApplyEditsTest, WantedVersionsAreSent) {
   EXPECT_THAT(requests[0], HasSubstr("if_layers { layer: \"objects\" version: 9 }"));
 }
 
+Script TransformScript() {
+  Script script;
+  script.transform = ParseText<v1::EstimateTransformResponse>(
+      "source { map: 'attic' layer: 'floor' frame_id: 'map' revision: 3 incarnation: 8 } "
+      "target { map: 'office' layer: 'plan' frame_id: 'site' revision: 12 incarnation: 9 } "
+      "best { target_from_source { x: 2 y: -1.5 yaw: 0.25 } score: 0.9 } inlier_share: 0.97 "
+      "runner_up { target_from_source { x: 4 } score: 0.8 } "
+      "ambiguity: TRANSFORM_AMBIGUITY_RUNNER_UP");
+  return script;
+}
+
+TEST(ClientTest, TransformIsThatBetweenTheSidesOfTheRequest) {
+  ScriptedServer server(TransformScript());
+  Client client(server.address());
+  const TransformSide source{"attic", "floor", "", {.revision = 3}, 8};
+  const TransformSide target{"office", "plan", "site", {.min_revision = 12}};
+  const auto answer = client.EstimateTransform(source, target);
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_EQ(answer->source.revision, 3);
+  EXPECT_EQ(answer->target.frame_id, "site");
+  EXPECT_EQ(answer->estimate.best.target_from_source, PlanarTransform(2, -1.5, 0.25));
+  EXPECT_EQ(answer->estimate.ambiguity, registration::Ambiguity::kRunnerUp);
+  EXPECT_THAT(
+      server.Requests(),
+      ElementsAre("EstimateTransform source { scope { map: \"attic\" layers: \"floor\" "
+                  "incarnation: 8 } as_of { at_revision: 3 } } target { scope { map: \"office\" "
+                  "layers: \"plan\" frame_id: \"site\" } as_of { min_revision: 12 } }"));
+  // What was read of both sides is not read older again.
+  (void)client.EstimateTransform({"office", "plan"}, {"attic", "floor"});
+  EXPECT_THAT(server.Requests().back(), HasSubstr("seen_revision: 12 seen_incarnation: 9"));
+  EXPECT_THAT(server.Requests().back(), HasSubstr("seen_revision: 3 seen_incarnation: 8"));
+}
+
+TEST(ClientTest, TransformFromPairsNamesNoLayers) {
+  ScriptedServer server(TransformScript());
+  const auto answer =
+      Client(server.address())
+          .EstimateTransformFromPairs({"attic"}, {"office"}, {{"door", {{0, 1}, {2, 3}, 0.1}}});
+  ASSERT_TRUE(answer.ok()) << answer.status();
+  EXPECT_THAT(server.Requests(),
+              ElementsAre("EstimateTransform source { scope { map: \"attic\" } } target { scope { "
+                          "map: \"office\" } } pairs { name: \"door\" source { y: 1 } target { x: "
+                          "2 y: 3 } sigma_m: 0.1 }"));
+}
+
+TEST(ClientTest, TransformThatCannotBeDecodedIsAnError) {
+  Script script = TransformScript();
+  script.transform.clear_ambiguity();
+  ScriptedServer server(script);
+  const auto answer = Client(server.address()).EstimateTransform({"attic", "a"}, {"office", "b"});
+  EXPECT_TRUE(absl::IsInternal(answer.status())) << answer.status();
+}
+
 TEST(QueryTest, EveryQuestionCanBeOfThePast) {
   ScriptedServer server({});
   Client client(server.address());

@@ -1,6 +1,8 @@
 // Queries of Client.
 #include <memory>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "base/status/status_macros.h"
 #include "client_libs/cpp/client.h"
@@ -8,6 +10,7 @@
 #include "client_libs/cpp/grpc_part_stream.h"
 #include "wire/answer.h"
 #include "wire/geometry.h"
+#include "wire/registration.h"
 #include "wire/scope.h"
 
 namespace hypermap::client {
@@ -21,6 +24,16 @@ Request MakeQuestion(const Connection& connection, const std::string& map, const
   request.mutable_scope()->set_incarnation(options.incarnation);
   connection.EncodeAsOf(map, options.as_of, &request);
   return request;
+}
+
+void EncodeSide(const Connection& connection, const TransformSide& side,
+                v1::EstimateTransformSide* message) {
+  Scope scope;
+  if (!side.layer.empty()) scope.layers = {side.layer};
+  scope.frame_id = side.frame_id;
+  wire::EncodeScope(side.map, scope, message->mutable_scope());
+  message->mutable_scope()->set_incarnation(side.incarnation);
+  connection.EncodeAsOf(side.map, side.as_of, message);
 }
 
 template <typename Message>
@@ -84,6 +97,29 @@ absl::StatusOr<NearestAnswer> Client::QueryNearest(const std::string& map, const
       const auto response,
       connection_->Call(&v1::QueryService::Stub::QueryNearest, request, options));
   absl::StatusOr<NearestAnswer> answer = wire::DecodeNearestAnswer(response);
+  if (!answer.ok()) return BadAnswer(answer.status());
+  return answer;
+}
+
+absl::StatusOr<TransformAnswer> Client::EstimateTransform(const TransformSide& source,
+                                                          const TransformSide& target,
+                                                          const CallOptions& options) {
+  return EstimateTransformFromPairs(source, target, {}, options);
+}
+
+absl::StatusOr<TransformAnswer> Client::EstimateTransformFromPairs(
+    const TransformSide& source, const TransformSide& target, const std::vector<NamedPair>& pairs,
+    const CallOptions& options) {
+  v1::EstimateTransformRequest request;
+  EncodeSide(*connection_, source, request.mutable_source());
+  EncodeSide(*connection_, target, request.mutable_target());
+  wire::EncodePointPairs(pairs, &request);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(&v1::QueryService::Stub::EstimateTransform, request, options));
+  connection_->Note(response.source().map(), response.source());
+  connection_->Note(response.target().map(), response.target());
+  absl::StatusOr<TransformAnswer> answer = wire::DecodeTransformAnswer(response);
   if (!answer.ok()) return BadAnswer(answer.status());
   return answer;
 }

@@ -243,6 +243,12 @@ class ScriptedServer::Query : public v1::QueryService::Service {
     *response = server_.script_.nearest;
     return server_.script_.status;
   }
+  grpc::Status EstimateTransform(grpc::ServerContext*, const v1::EstimateTransformRequest* request,
+                                 v1::EstimateTransformResponse* response) override {
+    if (server_.Note("EstimateTransform", *request)) return kOutage;
+    *response = server_.script_.transform;
+    return server_.script_.status;
+  }
   grpc::Status QueryPoints(
       grpc::ServerContext*,
       grpc::ServerReaderWriter<v1::QueryPointsResponse, v1::QueryPointsRequest>* stream) override {

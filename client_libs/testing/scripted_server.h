@@ -56,6 +56,7 @@ struct Script {
   int64_t revision = 1;
   std::vector<v1::LayerPart> parts;
   v1::QueryNearestResponse nearest;
+  v1::EstimateTransformResponse transform;
   // Each answers one batch of points; a further batch gets `status`.
   std::vector<v1::QueryPointsResponse> points;
   v1::ApplyEditsResponse edits;

@@ -308,7 +308,7 @@ ROOMS = {
         ["base/identity", "base/status", "base/sync", "base/tls", "map", "map/digest", "map/edits",
          "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/observations",
-         "map/query", "map/robots", "map/watch", "proto", "wire"],
+         "map/query", "map/registration", "map/robots", "map/watch", "proto", "wire"],
         {"absl"}, hidden={"grpc"}, target="client",
     ),
     # wire: encodes requests to bytes for the queue.
