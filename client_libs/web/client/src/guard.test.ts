@@ -4,6 +4,7 @@ import { createHypermapClient } from './client.js';
 import { CatalogService } from './gen/hypermap/v1/catalog_service_pb.js';
 import { EditService } from './gen/hypermap/v1/edit_service_pb.js';
 import { ExplorationService } from './gen/hypermap/v1/exploration_service_pb.js';
+import { QueryService } from './gen/hypermap/v1/query_service_pb.js';
 
 /** A server that fails the first `times` calls, and the request ids and tokens that it received. */
 function failing(times: number, code: Code, metadata?: Record<string, string>) {
@@ -23,6 +24,13 @@ function failing(times: number, code: Code, metadata?: Record<string, string>) {
     });
     service(CatalogService, {
       listMaps() {
+        ids.push('');
+        fail();
+        return {};
+      },
+    });
+    service(QueryService, {
+      estimateTransform() {
         ids.push('');
         fail();
         return {};
@@ -62,6 +70,10 @@ test('queries are retried; refused calls and calls that are not idempotent are n
   const question = failing(1, Code.Unavailable);
   await createHypermapClient(question.transport).catalog.listMaps({});
   expect(question.ids).toHaveLength(2);
+
+  const estimate = failing(1, Code.Unavailable);
+  await createHypermapClient(estimate.transport).query.estimateTransform({});
+  expect(estimate.ids).toHaveLength(2);
 
   const refused = failing(1, Code.Aborted);
   await expect(createHypermapClient(refused.transport).edit.applyEdits({})).rejects.toMatchObject({

@@ -51,5 +51,8 @@ function withRequestId<I extends DescMessage>(
 // A call with a request id is idempotent, because the server repeats its first answer. Queries
 // change nothing.
 function isIdempotent(method: DescMethodUnary): boolean {
-  return Boolean(method.input.field['requestId']) || /^(Get|List|Query|Explain)/.test(method.name);
+  return (
+    Boolean(method.input.field['requestId']) ||
+    /^(Get|List|Query|Explain|Estimate)/.test(method.name)
+  );
 }

@@ -4,7 +4,12 @@ import { expect, test } from 'vitest';
 import { createHypermapClient } from './client.js';
 import { CatalogService } from './gen/hypermap/v1/catalog_service_pb.js';
 import { EditService } from './gen/hypermap/v1/edit_service_pb.js';
-import { QueryPointRequestSchema, QueryService } from './gen/hypermap/v1/query_service_pb.js';
+import {
+  EstimateTransformRequestSchema,
+  QueryPointRequestSchema,
+  QueryService,
+  type EstimateTransformRequest,
+} from './gen/hypermap/v1/query_service_pb.js';
 import type { AsOf } from './gen/hypermap/v1/scope_pb.js';
 import { WatchService } from './gen/hypermap/v1/watch_service_pb.js';
 import { watch } from './watch.js';
@@ -49,6 +54,41 @@ test('a query names the newest revision of its map that the client has seen', as
   await client.query.queryPoint({ scope: { map: 'attic' } });
   await client.query.queryPoint({ scope });
   expect(seen()).toEqual([[7n, 1n], [9n, 1n], undefined, [9n, 1n]]);
+});
+
+test('a request about two maps names what the client has seen of each', async () => {
+  const asked: EstimateTransformRequest[] = [];
+  const client = createHypermapClient(
+    createRouterTransport(({ service }) => {
+      service(QueryService, {
+        estimateTransform(request) {
+          asked.push(request);
+          return {
+            source: { map: 'attic', revision: 3n, incarnation: 8n },
+            target: { map: 'office', revision: 12n, incarnation: 9n },
+          };
+        },
+      });
+    }),
+  );
+  const source = { scope: { map: 'attic' } };
+  const target = { scope: { map: 'office' }, asOf: { minRevision: 5n } };
+  await client.query.estimateTransform({ source, target });
+  await client.query.estimateTransform({ source, target });
+  await client.query.estimateTransform(
+    create(EstimateTransformRequestSchema, { source: target, target: source }),
+  );
+  const seen = asked.map(({ source, target }) => [
+    source?.asOf?.seenRevision,
+    target?.asOf?.seenRevision,
+    target?.asOf?.minRevision,
+  ]);
+  expect(seen).toEqual([
+    [undefined, 0n, 5n],
+    [3n, 12n, 5n],
+    [12n, 3n, 0n],
+  ]);
+  expect(asked[1]?.target?.asOf?.seenIncarnation).toBe(9n);
 });
 
 test('a query names what a watch has told', async () => {

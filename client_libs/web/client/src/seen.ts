@@ -15,6 +15,12 @@ interface Revision {
 interface Answer extends Revision {
   newestRevision?: bigint;
   map?: string | Revision;
+  source?: Side;
+  target?: Side;
+}
+// What was read of one of two maps.
+interface Side extends Revision {
+  map?: string;
 }
 
 /**
@@ -30,8 +36,9 @@ export function monotonic(transport: Transport): Transport {
     schema: I,
     input: MessageInitShape<I>,
   ): MessageInitShape<I> => {
+    if (!schema.field['asOf']) return withSides(schema, input);
     const seen = maps.get(mapOf(input));
-    if (!schema.field['asOf'] || !seen) return input;
+    if (!seen) return input;
     // A message, because the input may be one, whose fields must be messages, too.
     const asOf = create(AsOfSchema, {
       ...(input as Request).asOf,
@@ -39,6 +46,23 @@ export function monotonic(transport: Transport): Transport {
       seenIncarnation: seen.incarnation,
     });
     return { ...input, asOf };
+  };
+  // A request that compares two maps has an asOf for each.
+  const withSides = <I extends DescMessage>(
+    schema: I,
+    input: MessageInitShape<I>,
+  ): MessageInitShape<I> => {
+    let sent = input;
+    for (const side of ['source', 'target'] as const) {
+      const inner = schema.field[side]?.message;
+      const given = (input as Record<string, unknown>)[side];
+      if (!inner?.field['asOf'] || !given) continue;
+      sent = {
+        ...sent,
+        [side]: create(inner, withSeen(inner, given as MessageInitShape<typeof inner>)),
+      };
+    }
+    return sent;
   };
   const note = (map: string, { revision, incarnation }: Revision) => {
     if (map === '' || revision === undefined || !incarnation) return;
@@ -60,6 +84,8 @@ export function monotonic(transport: Transport): Transport {
         throw new ConnectError('the server has an earlier revision than seen', Code.Unavailable);
       }
       note(map, newest);
+      const { source, target } = answer.message as Answer;
+      for (const side of [source, target]) if (side?.map) note(side.map, side);
       return answer;
     },
     async stream(method, signal, timeoutMs, header, input, contextValues) {
