@@ -24,6 +24,7 @@ from hypermap_client import (
     NamedFile,
     Pose,
     PutObject,
+    TransformSide,
     WatchEvent,
     WriteCells,
     _rpc,
@@ -235,6 +236,12 @@ def test_c5_calls_that_name_another_incarnation_change_nothing(client: Client, s
         lambda: client.query_area(site, shapely.box(0, 0, 1, 1), incarnation=old),
         lambda: client.query_value(site, "chair", incarnation=old),
         lambda: client.query_nearest(site, (0, 0), "chair", incarnation=old),
+        lambda: client.estimate_transform(
+            TransformSide(site, "things", incarnation=old), TransformSide(site, "things")
+        ),
+        lambda: client.estimate_transform(
+            TransformSide(site, "things"), TransformSide(site, "things", incarnation=old)
+        ),
         lambda: client.list_changes(site, 0, incarnation=old),
         lambda: client.list_revisions(site, incarnation=old),
     ]

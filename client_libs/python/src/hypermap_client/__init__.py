@@ -108,6 +108,15 @@ from .observations import (
     OpenedLayer,
     SensorPose,
 )
+from .registration import (
+    AgreeingPair,
+    Ambiguity,
+    PointPair,
+    ReadSide,
+    ScoredTransform,
+    TransformEstimate,
+    TransformSide,
+)
 from .robots import ReportAnswer, Robot, RobotChanges, RobotList
 from .servers import ServerList, SharedMap, SharingServer
 
@@ -116,7 +125,9 @@ __version__ = importlib.metadata.version("hypermap-client")
 __all__ = [
     "Aborted",
     "Acknowledgement",
+    "AgreeingPair",
     "AlreadyExists",
+    "Ambiguity",
     "Answer",
     "AnswerStatus",
     "AsyncClient",
@@ -193,10 +204,12 @@ __all__ = [
     "OutOfRange",
     "PermissionDenied",
     "PointAnswer",
+    "PointPair",
     "PointsAnswer",
     "PointsContent",
     "Pose",
     "PutObject",
+    "ReadSide",
     "ReportAnswer",
     "ResourceExhausted",
     "Revision",
@@ -205,6 +218,7 @@ __all__ = [
     "RobotChanges",
     "RobotList",
     "Role",
+    "ScoredTransform",
     "SensorPose",
     "ServerList",
     "SetAliases",
@@ -214,7 +228,9 @@ __all__ = [
     "SharingServer",
     "Tls",
     "Transform",
+    "TransformEstimate",
     "TransformList",
+    "TransformSide",
     "Unauthenticated",
     "Unavailable",
     "Unimplemented",

@@ -65,6 +65,9 @@ QUERY_POINTS = _rpc("QueryService", query.QueryPointsRequest, query.QueryPointsR
 QUERY_AREA = _rpc("QueryService", query.QueryAreaRequest, query.QueryAreaResponse)
 QUERY_VALUE = _rpc("QueryService", query.QueryValueRequest, query.QueryValueResponse)
 QUERY_NEAREST = _rpc("QueryService", query.QueryNearestRequest, query.QueryNearestResponse)
+ESTIMATE_TRANSFORM = _rpc(
+    "QueryService", query.EstimateTransformRequest, query.EstimateTransformResponse
+)
 
 APPLY_EDITS = _rpc("EditService", edit.ApplyEditsRequest, edit.ApplyEditsResponse)
 

@@ -9,11 +9,12 @@ from .edits import Edits
 from .explorations import Explorations
 from .ingest import Ingest
 from .queries import Queries
+from .registration import Registration
 from .robots import Robots
 from .watches import Watches
 
 
-class AsyncClient(Queries, Edits, Watches, Ingest, Explorations, Robots, Access):
+class AsyncClient(Queries, Registration, Edits, Watches, Ingest, Explorations, Robots, Access):
     """A client of a server, or of several that share their maps.
 
     Client blocks the calling thread and may be shared by threads. AsyncClient has the same methods
