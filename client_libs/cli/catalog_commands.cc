@@ -1,4 +1,4 @@
-// maps, map, layers, layer, alias, transforms, transform.
+// maps, map, layers, layer, alias, transforms, transform set.
 #include <unistd.h>
 
 #include <cstdio>
@@ -278,7 +278,7 @@ void AddTransformCommands(CLI::App& app, Command& selected) {
   });
 
   CLI::App* transform =
-      app.add_subcommand("transform", "Set the pose of a frame")->require_subcommand(1);
+      app.add_subcommand("transform", "Set or estimate the pose of a frame")->require_subcommand(1);
   CLI::App* set = transform->add_subcommand("set", "Set the pose of a frame in its parent frame");
   set->add_option("map", options->map, "Name of the map")->required()->type_name("MAP");
   set->add_option("child", options->child, "Frame to place")->required()->type_name("CHILD");

@@ -37,8 +37,12 @@ struct Session {
 
 using Command = std::function<absl::Status(Session&)>;
 
-// Adds maps, map, layers, layer, alias, transforms, transform. `selected` must outlive the parser.
+// Adds maps, map, layers, layer, alias, transforms, transform set. `selected` must outlive the
+// parser.
 void AddCatalogCommands(CLI::App& app, Command& selected);
+
+// Adds transform estimate. After AddCatalogCommands.
+void AddEstimateCommand(CLI::App& app, Command& selected);
 
 // Adds import, edit, export, backup, restore.
 void AddTransferCommands(CLI::App& app, Command& selected);

@@ -13,6 +13,7 @@
 #include "client_libs/cli/exploration_json.h"
 #include "client_libs/cli/json_values.h"
 #include "client_libs/cli/robot_json.h"
+#include "client_libs/cli/transform_json.h"
 #include "map/layers/layer.h"
 #include "map/layers/layer_spec.h"
 
@@ -456,6 +457,7 @@ class JsonOutput : public Output {
            {"objects", report.objects}});
   }
 
+  void Show(const TransformReport& report) override { Print(ReportJson(report)); }
   void Show(const ExplorationReport& report) override { Print(ReportJson(report)); }
   void Show(const ExplorationsReport& report) override { Print(ReportJson(report)); }
   void Show(const FrontiersReport& report) override { Print(ReportJson(report)); }

@@ -31,16 +31,6 @@ std::optional<Colour> ColourOfCell(const GridScene& grid, const std::optional<do
   return std::nullopt;
 }
 
-Ring CornersOf(const CellRun& run, const GridGeometry& geometry) {
-  const double left = run.col_begin * geometry.resolution_m;
-  const double right = run.col_end * geometry.resolution_m;
-  const double low = run.row * geometry.resolution_m;
-  const double high = (run.row + 1) * geometry.resolution_m;
-  const PlanarTransform& t = geometry.layer_from_grid;
-  return {t * Point{left, low}, t * Point{right, low}, t * Point{right, high},
-          t * Point{left, high}};
-}
-
 // Draws the grids of a scene on a canvas, one over the other.
 class GridPainter {
  public:

@@ -55,6 +55,16 @@ void DrawPath(Canvas& canvas, const RobotPath& path, const Plan& plan, const Col
   canvas.Path(path.points, plan, c, kPathWidth);
 }
 
+Ring CornersOf(const CellRun& run, const GridGeometry& geometry) {
+  const double left = run.col_begin * geometry.resolution_m;
+  const double right = run.col_end * geometry.resolution_m;
+  const double low = run.row * geometry.resolution_m;
+  const double high = (run.row + 1) * geometry.resolution_m;
+  const PlanarTransform& t = geometry.layer_from_grid;
+  return {t * Point{left, low}, t * Point{right, low}, t * Point{right, high},
+          t * Point{left, high}};
+}
+
 void DrawLineObject(Canvas& canvas, const LineString& line, const Plan& plan, const Colour& c,
                     double existence) {
   canvas.Path(line.vertices(), plan, RimOf(c), kObjectLineWidth + 2 * kObjectRim);

@@ -8,7 +8,9 @@
 #include "client_libs/cli/canvas.h"
 #include "client_libs/cli/map_scene.h"
 #include "map/geometry/line_string.h"
+#include "map/geometry/polygon.h"
 #include "map/geometry/shape.h"
+#include "map/grid/grid_geometry.h"
 
 namespace hypermap::cli {
 
@@ -43,6 +45,9 @@ class RobotColours {
 // These draw a light halo below, so that the line stands out from any background.
 void DrawExplorationBorder(Canvas& canvas, const Polygon& area, const Plan& plan);
 void DrawPath(Canvas& canvas, const RobotPath& path, const Plan& plan, const Colour& c);
+
+// The corners of a run of cells, in the frame of the geometry.
+Ring CornersOf(const CellRun& run, const GridGeometry& geometry);
 
 // Draw an object that is a line string or a point in the colour of its class, paler the less
 // certain its existence is. `at` is in pixels.

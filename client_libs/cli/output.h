@@ -16,6 +16,7 @@
 #include "client_libs/cpp/robots.h"
 #include "client_libs/cpp/watch.h"
 #include "map/evaluation/evaluate.h"
+#include "map/frames/frame_tree.h"
 #include "storage/transfer/migration.h"
 
 namespace hypermap::cli {
@@ -76,6 +77,16 @@ struct RenderReport {
   std::vector<std::string> layers;             // drawn
   std::vector<client::LayerRefusal> refusals;  // layers that can't be drawn
   int64_t objects = 0;
+};
+
+// A transform between two maps that was estimated.
+struct TransformReport {
+  client::TransformAnswer answer;
+  std::vector<client::NamedPair> pairs;  // from which it was estimated, if any
+  std::string image;                     // the path of the picture, or empty
+  // The transform that was set in the target's map, and the revision that did it; if it was.
+  std::optional<FrameTransform> applied;
+  Revision applied_revision = 0;
 };
 
 // An exploration that was started, read or stopped.
@@ -160,6 +171,7 @@ class Output {
   virtual void Show(const client::ObjectHistory& history) = 0;
   virtual void Show(const EvaluationReport& report) = 0;
   virtual void Show(const RenderReport& report) = 0;
+  virtual void Show(const TransformReport& report) = 0;
   virtual void Show(const ExplorationReport& report) = 0;
   virtual void Show(const ExplorationsReport& report) = 0;
   virtual void Show(const FrontiersReport& report) = 0;

@@ -108,6 +108,7 @@ int Run(std::vector<std::string> args, std::istream& in, std::ostream& out, std:
   Command command;
   AddGlobalOptions(app, options);
   AddCatalogCommands(app, command);
+  AddEstimateCommand(app, command);
   AddTransferCommands(app, command);
   AddCheckCommand(app, command);
   AddDigestCommand(app, command);

@@ -14,6 +14,7 @@
 #include "client_libs/cli/grid_summary.h"
 #include "client_libs/cli/robot_tables.h"
 #include "client_libs/cli/text_table.h"
+#include "client_libs/cli/transform_tables.h"
 #include "map/geometry/shape.h"
 
 namespace hypermap::cli {
@@ -331,6 +332,8 @@ class TableOutput : public Output {
   }
 
   void Show(const bench::FleetReport& report) override { PrintReport(report, out_); }
+
+  void Show(const TransformReport& report) override { PrintTransform(report, out_); }
 
   void Show(const ExplorationReport& report) override {
     PrintExploration(report, out_);

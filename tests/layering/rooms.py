@@ -378,7 +378,7 @@ ROOMS = {
         ["base/access", "base/identity", "base/status", "client_libs/bench", "client_libs/cpp",
          "client_libs/flags", "client_libs/ros2/recording", "map", "map/edits", "map/evaluation", "map/exploration",
          "map/frames", "map/geometry", "map/grid", "map/layers", "map/objects", "map/query",
-         "map/values", "storage", "storage/geopackage", "storage/interchange", "storage/postgres",
+         "map/registration", "map/values", "storage", "storage/geopackage", "storage/interchange", "storage/postgres",
          "storage/sqlite", "storage/transfer"],
         {"absl", "cli11", "json"}, hidden={"cairo", "yaml"},
     ),
