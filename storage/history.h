@@ -8,6 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "absl/types/span.h"
 #include "map/edits/change.h"
 #include "map/entries.h"
 #include "map/layers/grid_layer.h"
@@ -37,6 +38,19 @@ class PastMap {
   virtual ~PastMap() = default;
 
   virtual const StructurePtr& structure() const = 0;
+
+  // A part of a layer: of a semantic layer the objects of a box, of a grid the tiles of some cells.
+  struct Region {
+    std::string layer;
+    Box box;
+    CellBox cells;
+  };
+  // Tells which regions are read next, so that a store that is far away can find all of them at
+  // once. Need not be called.
+  virtual absl::Status Expect(absl::Span<const Region> regions) {
+    static_cast<void>(regions);
+    return absl::OkStatus();
+  }
 
   // The objects of a semantic layer whose box shares a point with `box` (in the layer's frame), and
   // perhaps some near it, ordered by id.

@@ -64,18 +64,26 @@ SnapshotPtr EmptyView(storage::PastMap& past) {
   return std::make_shared<Snapshot>(past.structure()->EmptySnapshot());
 }
 
-// The layer with its content in and near `box` (in the layer's frame); null: all of it.
+// The part of the layer in and near `box` (in the layer's frame).
+storage::PastMap::Region RegionOf(const LayerStructure& layer, const Box& box) {
+  const LayerSpec& spec = layer.spec;
+  if (spec.grid) return {spec.name, Box(), CellsAround(layer, box)};
+  return {spec.name, box, CellBox()};
+}
+
+// The layer with its content in the region; null: all of it.
 absl::StatusOr<LayerPtr> ReadLayer(storage::PastMap& past, const LayerStructure& layer,
-                                   const Box* box) {
+                                   const storage::PastMap::Region* region) {
   const LayerSpec& spec = layer.spec;
   if (spec.grid) {
-    const CellBox cells = box ? CellsAround(layer, *box) : layer.extent;
+    const CellBox& cells = region ? region->cells : layer.extent;
     if (cells.empty()) return MakeEmptyLayer(layer);
     HYPERMAP_ASSIGN_OR_RETURN(TileMap tiles, past.Tiles(spec.name, cells));
     return std::make_shared<GridLayer>(spec, MakeCellDomain(spec), std::move(tiles), layer.extent);
   }
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObjectPtr> objects,
-                            box ? past.Objects(spec.name, *box) : past.Objects(spec.name));
+  HYPERMAP_ASSIGN_OR_RETURN(
+      std::vector<ObjectPtr> objects,
+      region ? past.Objects(spec.name, region->box) : past.Objects(spec.name));
   return std::make_shared<SemanticLayer>(spec, std::move(objects));
 }
 
@@ -85,15 +93,20 @@ absl::StatusOr<SnapshotPtr> Read(storage::PastMap& past, const Scope& scope, con
   const MapStructure& structure = *past.structure();
   HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, structure.ResolveFrame(scope.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(const auto layers, structure.SelectLayers(scope.layers));
-  auto view = std::make_shared<Snapshot>(structure.EmptySnapshot());
+  std::vector<const LayerStructure*> connected;
+  std::vector<storage::PastMap::Region> regions;
   for (const LayerStructure* layer : layers) {
     const auto caller_from_layer = structure.frames.Lookup(frame, layer->spec.frame_id);
-    if (!caller_from_layer.ok()) continue;  // not connected: the query refuses the layer
-    std::optional<Box> in_layer;
-    if (box) in_layer = InLayer(caller_from_layer->Inverse(), *box);
-    HYPERMAP_ASSIGN_OR_RETURN(LayerPtr read,
-                              ReadLayer(past, *layer, in_layer ? &*in_layer : nullptr));
-    view->layers[layer->spec.name] = std::move(read);
+    if (!caller_from_layer.ok()) continue;  // The query refuses the layer.
+    connected.push_back(layer);
+    if (box) regions.push_back(RegionOf(*layer, InLayer(caller_from_layer->Inverse(), *box)));
+  }
+  if (regions.size() > 1) HYPERMAP_RETURN_IF_ERROR(past.Expect(regions));
+  auto view = std::make_shared<Snapshot>(structure.EmptySnapshot());
+  for (size_t i = 0; i < connected.size(); ++i) {
+    HYPERMAP_ASSIGN_OR_RETURN(
+        LayerPtr read, ReadLayer(past, *connected[i], regions.empty() ? nullptr : &regions[i]));
+    view->layers[connected[i]->spec.name] = std::move(read);
   }
   return view;
 }

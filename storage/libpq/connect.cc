@@ -28,15 +28,15 @@ namespace {
 
 // Settings of the sessions that are one's own, in the order: a transaction that nobody goes on with
 // ends; so does one whose client's machine or network is gone, whether the server waits for a
-// statement, sends an answer, or is at work; statements of maps are too short for compiling to pay;
-// and a prepared statement keeps its plan, which would read all of a table that was small when the
-// plan was made.
+// statement, sends an answer, or is at work; statements of maps are too short for compiling to pay,
+// and for planning them anew for each array of keys; and a plan that is kept would read all of a
+// table that was small when it was made.
 constexpr char kSettings[] =
     "-c idle_in_transaction_session_timeout=10s"
     " -c tcp_keepalives_idle=5 -c tcp_keepalives_interval=2 -c tcp_keepalives_count=3"
     " -c tcp_user_timeout=10s"
     " -c client_connection_check_interval=2s"
-    " -c jit=off -c enable_seqscan=off";
+    " -c jit=off -c plan_cache_mode=force_generic_plan -c enable_seqscan=off";
 
 struct FreeOptions {
   void operator()(PQconninfoOption* options) const { PQconninfoFree(options); }

@@ -36,7 +36,7 @@ absl::StatusOr<std::unique_ptr<Connection>> Connection::Open(const ConnectOption
 }
 
 absl::Status Connection::Execute(const std::string& sql) {
-  HYPERMAP_RETURN_IF_ERROR(session_->status());
+  HYPERMAP_RETURN_IF_ERROR(Ready());
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   Exchange exchange(session_.get(), CancellingOf(sql, *session_));
   if (PQsendQuery(session_->handle(), sql.c_str()) != 1) return session_->CallError();
@@ -45,7 +45,7 @@ absl::Status Connection::Execute(const std::string& sql) {
 
 absl::StatusOr<Rows> Connection::Run(const std::string& sql, const Parameters& parameters) {
   HYPERMAP_RETURN_IF_ERROR(parameters.status());
-  HYPERMAP_RETURN_IF_ERROR(session_->status());
+  HYPERMAP_RETURN_IF_ERROR(Ready());
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   if (session_->ShouldPrepare(sql)) HYPERMAP_RETURN_IF_ERROR(Prepare(sql, parameters));
   Exchange exchange(session_.get(), CancellingOf(sql, *session_));
@@ -75,6 +75,7 @@ bool Connection::is_broken() const { return session_->is_broken(); }
 bool Connection::is_in_transaction() const { return session_->is_in_transaction(); }
 
 absl::StatusOr<std::optional<std::string>> Connection::AwaitNotification(absl::Duration timeout) {
+  HYPERMAP_RETURN_IF_ERROR(Ready());
   const Deadline deadline(timeout);
   for (;;) {
     HYPERMAP_RETURN_IF_ERROR(session_->status());
@@ -86,6 +87,25 @@ absl::StatusOr<std::optional<std::string>> Connection::AwaitNotification(absl::D
     if (deadline.has_passed()) return std::nullopt;
     pollfd polled{PQsocket(session_->handle()), POLLIN, 0};
     poll(&polled, 1, PollMilliseconds(deadline.left()));
+  }
+}
+
+absl::Status Connection::Ready() {
+  if (!is_leaving_) return session_->status();
+  is_leaving_ = false;
+  const ScopedCancellation to_the_end(nullptr);
+  Exchange exchange(session_.get(), Exchange::Cancelling::kForbidden);
+  const absl::Status status = exchange.ReadAnswer(/*is_commit=*/false).status();
+  if (!status.ok()) static_cast<void>(session_->Break(status));
+  return session_->status();
+}
+
+void Connection::LeaveSnapshot() {
+  if (is_broken() || !is_in_transaction()) return;
+  if (PQsendQuery(session_->handle(), "ROLLBACK") == 1) {
+    is_leaving_ = true;
+  } else {
+    static_cast<void>(session_->Break(session_->CallError()));
   }
 }
 

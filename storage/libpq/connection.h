@@ -88,8 +88,14 @@ class Connection {
   // Rolls the transaction back, if there is one, whether this thread's work is cancelled or not. If
   // that fails, the session is closed, which does it, too.
   void RollBack();
+  // As RollBack, of a transaction that only read, but does not wait for the answer, which the next
+  // statement does.
+  void LeaveSnapshot();
+  // Waits for the answer to what LeaveSnapshot has sent. OK when a statement can be sent.
+  absl::Status Ready();
 
   const std::unique_ptr<Session> session_;
+  bool is_leaving_ = false;  // since LeaveSnapshot
 };
 
 }  // namespace hypermap::storage::postgres

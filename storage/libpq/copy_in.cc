@@ -28,7 +28,7 @@ Session& CopyIn::session() { return *connection_->session_; }
 absl::StatusOr<std::unique_ptr<CopyIn>> CopyIn::Begin(Connection* connection,
                                                       const std::string& sql) {
   Session& session = *connection->session_;
-  HYPERMAP_RETURN_IF_ERROR(session.status());
+  HYPERMAP_RETURN_IF_ERROR(connection->Ready());
   HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
   auto exchange = std::make_unique<Exchange>(&session, Exchange::Cancelling::kAllowed);
   if (PQsendQuery(session.handle(), sql.c_str()) != 1) return session.CallError();

@@ -27,7 +27,7 @@ size_t BytesOf(const Parameters& parameters) {
 
 Pipeline::Pipeline(Connection* connection)
     : connection_(connection), in_transaction_(connection->is_in_transaction()) {
-  unsent_ = session().status();
+  unsent_ = connection->Ready();
   if (!unsent_.ok()) return;
   if (PQenterPipelineMode(session().handle()) != 1) {
     unsent_ = session().CallError();
@@ -62,7 +62,7 @@ absl::Status Pipeline::Queue(const std::string& sql, const Parameters& parameter
     unanswered_.push_back({sql});
   }
   HYPERMAP_RETURN_IF_ERROR(session().SendStatement(sql, parameters));
-  unanswered_.push_back({.is_commit = is_commit});
+  unanswered_.push_back({.is_commit = is_commit, .is_asked = is_asked_});
   return SendIfFull(BytesOf(parameters));
 }
 
@@ -79,12 +79,35 @@ absl::Status Pipeline::SendIfFull(size_t more_bytes) {
   }
 }
 
+void Pipeline::Flush() {
+  if (!unsent_.ok() || !failure_.ok()) return;
+  if (PQsendFlushRequest(session().handle()) != 1) unsent_ = session().CallError();
+}
+
+absl::StatusOr<Rows> Pipeline::NextRows() {
+  absl::Status status = exchange_ == nullptr ? unsent_ : SendEnd();
+  while (status.ok() && rows_.empty() && !unanswered_.empty()) {
+    status = ReadResults();
+    if (status.ok() && rows_.empty() && !unanswered_.empty()) status = exchange_->Step();
+  }
+  if (status.ok() && !rows_.empty()) {
+    Rows rows = std::move(rows_.front());
+    rows_.pop_front();
+    return rows;
+  }
+  if (exchange_ != nullptr) status = Close(status);
+  if (status.ok()) status = absl::InternalError("nothing else was asked for");
+  return status;
+}
+
 absl::Status Pipeline::Finish() {
   if (exchange_ == nullptr) return unsent_;
   return Close(Complete());
 }
 
-absl::Status Pipeline::Complete() {
+absl::Status Pipeline::SendEnd() {
+  if (is_ended_) return absl::OkStatus();
+  is_ended_ = true;
   HYPERMAP_RETURN_IF_ERROR(session().status());
   unsent_.Update(exchange_->CheckCancelled());
   PGconn* const handle = session().handle();
@@ -100,6 +123,11 @@ absl::Status Pipeline::Complete() {
   }
   if (PQpipelineSync(handle) != 1) return session().CallError();
   unanswered_.push_back({});
+  return absl::OkStatus();
+}
+
+absl::Status Pipeline::Complete() {
+  HYPERMAP_RETURN_IF_ERROR(SendEnd());
   for (;;) {
     HYPERMAP_RETURN_IF_ERROR(ReadResults());
     if (unanswered_.empty()) return absl::OkStatus();
@@ -110,7 +138,7 @@ absl::Status Pipeline::Complete() {
 absl::Status Pipeline::ReadResults() {
   PGconn* const handle = session().handle();
   while (!unanswered_.empty() && PQisBusy(handle) == 0) {
-    const Result result(PQgetResult(handle));
+    Result result(PQgetResult(handle));
     Command& command = unanswered_.front();
     // The results of each command but the last one end with a null.
     if (result == nullptr) {
@@ -126,6 +154,7 @@ absl::Status Pipeline::ReadResults() {
       if (kind == PGRES_COMMAND_OK && !command.prepares.empty()) {
         session().prepared().Confirm(command.prepares);
       }
+      if (kind == PGRES_TUPLES_OK && command.is_asked) rows_.emplace_back(result.release());
     }
   }
   return absl::OkStatus();

@@ -6,9 +6,12 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "storage/libpq/parameters.h"
+#include "storage/libpq/rows.h"
 
 namespace hypermap::storage::postgres {
 
@@ -45,21 +48,39 @@ class Pipeline {
     Send(sql, Parameters(values...));
   }
   void Send(const std::string& sql, const Parameters& parameters);
+  // As Add, and keeps the rows of the answer. REQUIRES: they are few.
+  template <typename... Values>
+  void Ask(const std::string& sql, const Values&... values) {
+    is_asked_ = true;
+    Send(sql, Parameters(values...));
+    is_asked_ = false;
+  }
+
+  // The database sends the answers up to here when it has them, and not with the last one.
+  void Flush();
+  // Waits for the answer to the next Ask whose rows were not returned yet, while the database works
+  // at later ones. Nothing can be added any more. An error is that of Finish, which was called.
+  absl::StatusOr<Rows> NextRows();
 
   // Waits for all answers: OK, or the error of the first statement that failed. If the connection
   // broke, is_broken() is true and it is not known whether a COMMIT among them was carried out.
   absl::Status Finish();
+  // After Finish has returned OK: the rows of each Ask, in order, without those that NextRows has
+  // returned.
+  std::deque<Rows> TakeRows() { return std::move(rows_); }
 
  private:
   // What was sent and not answered yet.
   struct Command {
     std::string prepares;  // the text of the statement that it prepares, if any
     bool is_commit = false;
+    bool is_asked = false;  // its rows are kept
   };
 
   Session& session();
   absl::Status Queue(const std::string& sql, const Parameters& parameters);
   absl::Status SendIfFull(size_t more_bytes);
+  absl::Status SendEnd();
   absl::Status Complete();
   absl::Status ReadResults();
   absl::Status Close(absl::Status status);
@@ -67,10 +88,13 @@ class Pipeline {
   Connection* const connection_;
   std::unique_ptr<Exchange> exchange_;  // null if the pipeline could not be opened, or is finished
   std::deque<Command> unanswered_;
+  std::deque<Rows> rows_;
   size_t kept_bytes_ = 0;
-  bool in_transaction_;   // after what was added
-  absl::Status unsent_;   // why statements were not sent
-  absl::Status failure_;  // the first error of the database
+  bool is_asked_ = false;  // within Ask
+  bool is_ended_ = false;  // SendEnd was called
+  bool in_transaction_;    // after what was added
+  absl::Status unsent_;    // why statements were not sent
+  absl::Status failure_;   // the first error of the database
 };
 
 }  // namespace hypermap::storage::postgres

@@ -1,5 +1,6 @@
 #include "storage/libpq/pipeline.h"
 
+#include <deque>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -73,6 +74,104 @@ TEST_F(PipelineTest, IsPartOfATransaction) {
   EXPECT_EQ(Count(), 0);
   EXPECT_EQ(transaction->Commit(), absl::OkStatus());
   EXPECT_EQ(Count(), 1);
+}
+
+TEST_F(PipelineTest, KeepsTheRowsThatWereAskedFor) {
+  for (int round = 0; round < 2; ++round) {
+    Pipeline pipeline(connection_.get());
+    pipeline.Add(Transaction::BeginStatement(Transaction::Kind::kReadWrite));
+    pipeline.Add("SELECT 1::bigint");
+    for (int i = 0; i < 2; ++i) pipeline.Add(insert_, 2 * round + i, "text");
+    pipeline.Ask("SELECT a FROM t ORDER BY a");
+    pipeline.Ask("SELECT a FROM t WHERE a = $1", -1);
+    pipeline.Ask("SELECT count(*) FROM t");
+    ASSERT_EQ(pipeline.Finish(), absl::OkStatus());
+    Transaction transaction = Transaction::Begun(connection_.get(), Transaction::Kind::kReadWrite);
+    std::deque<Rows> rows = pipeline.TakeRows();
+    ASSERT_EQ(rows.size(), 3u);
+    EXPECT_EQ(rows[0].size(), 2 * round + 2);
+    ASSERT_TRUE(rows[0].Next());
+    EXPECT_EQ(rows[0].Int64(0), 0);
+    EXPECT_EQ(rows[1].size(), 0);
+    ASSERT_TRUE(rows[2].Next());
+    EXPECT_EQ(rows[2].Int64(0), 2 * round + 2);
+    EXPECT_EQ(transaction.Commit(), absl::OkStatus());
+  }
+  EXPECT_EQ(Count(), 4);
+  ExpectUsable();
+}
+
+TEST_F(PipelineTest, RowsAreReadWhileTheDatabaseWorks) {
+  const auto other = Connect();
+  ASSERT_EQ(other->Execute("SELECT pg_advisory_lock(7)"), absl::OkStatus());
+  Pipeline pipeline(connection_.get());
+  pipeline.Add(Transaction::BeginStatement(Transaction::Kind::kSnapshot));
+  pipeline.Ask("SELECT 1::bigint");
+  pipeline.Flush();
+  pipeline.Ask("SELECT 2::bigint FROM pg_advisory_xact_lock(7)");
+  pipeline.Flush();
+  pipeline.Ask("SELECT 3::bigint");
+  // The second statement waits, and the first was answered all the same.
+  absl::StatusOr<Rows> rows = pipeline.NextRows();
+  ASSERT_TRUE(rows.ok() && rows->Next()) << rows.status();
+  EXPECT_EQ(rows->Int64(0), 1);
+  ASSERT_EQ(other->Execute("SELECT pg_advisory_unlock(7)"), absl::OkStatus());
+  rows = pipeline.NextRows();
+  ASSERT_TRUE(rows.ok() && rows->Next()) << rows.status();
+  EXPECT_EQ(rows->Int64(0), 2);
+  ASSERT_EQ(pipeline.Finish(), absl::OkStatus());
+  std::deque<Rows> rest = pipeline.TakeRows();
+  ASSERT_EQ(rest.size(), 1u);
+  ASSERT_TRUE(rest.front().Next());
+  EXPECT_EQ(rest.front().Int64(0), 3);
+  { const auto t = Transaction::Begun(connection_.get(), Transaction::Kind::kSnapshot); }
+  ExpectUsable();
+}
+
+TEST_F(PipelineTest, ErrorEndsTheReadingOfRows) {
+  Pipeline pipeline(connection_.get());
+  pipeline.Ask("SELECT 1::bigint");
+  pipeline.Ask("SELECT 1 / 0");
+  pipeline.Ask("SELECT 3::bigint");
+  EXPECT_TRUE(pipeline.NextRows().ok());
+  EXPECT_EQ(SqlStateOf(pipeline.NextRows().status()), "22012");
+  ExpectUsable();
+}
+
+TEST_F(PipelineTest, MoreRowsThanWereAskedFor) {
+  Pipeline pipeline(connection_.get());
+  pipeline.Ask("SELECT 1::bigint");
+  EXPECT_TRUE(pipeline.NextRows().ok());
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(pipeline.NextRows().status().code(), absl::StatusCode::kInternal);
+  }
+  ExpectUsable();
+}
+
+TEST_F(PipelineTest, IsGivenUpWhileRowsAreRead) {
+  {
+    Pipeline pipeline(connection_.get());
+    pipeline.Add(Transaction::BeginStatement(Transaction::Kind::kReadWrite));
+    pipeline.Ask("SELECT 1::bigint");
+    pipeline.Add(insert_, 1, "text");
+    EXPECT_TRUE(pipeline.NextRows().ok());
+  }
+  EXPECT_EQ(Count(), 0);
+  ExpectUsable();
+}
+
+TEST_F(PipelineTest, WhatItBeganIsRolledBackUnlessCommitted) {
+  Pipeline pipeline(connection_.get());
+  pipeline.Add(Transaction::BeginStatement(Transaction::Kind::kReadWrite));
+  pipeline.Add(insert_, 1, "text");
+  ASSERT_EQ(pipeline.Finish(), absl::OkStatus());
+  {
+    const Transaction transaction =
+        Transaction::Begun(connection_.get(), Transaction::Kind::kReadWrite);
+    EXPECT_TRUE(connection_->is_in_transaction());
+  }
+  EXPECT_EQ(Count(), 0);
+  ExpectUsable();
 }
 
 TEST_F(PipelineTest, NothingToDoIsDone) {

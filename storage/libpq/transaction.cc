@@ -8,16 +8,24 @@
 namespace hypermap::storage::postgres {
 
 absl::StatusOr<Transaction> Transaction::Begin(Connection* connection, Kind kind) {
-  HYPERMAP_RETURN_IF_ERROR(connection->Execute(
-      kind == Kind::kSnapshot ? "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY" : "BEGIN"));
-  return Transaction(connection);
+  HYPERMAP_RETURN_IF_ERROR(connection->Execute(BeginStatement(kind)));
+  return Transaction(connection, kind);
+}
+
+std::string Transaction::BeginStatement(Kind kind) {
+  return kind == Kind::kSnapshot ? "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY" : "BEGIN";
 }
 
 Transaction::Transaction(Transaction&& other) noexcept
-    : connection_(std::exchange(other.connection_, nullptr)) {}
+    : connection_(std::exchange(other.connection_, nullptr)), kind_(other.kind_) {}
 
 Transaction::~Transaction() {
-  if (connection_ != nullptr) connection_->RollBack();
+  if (connection_ == nullptr) return;
+  if (kind_ == Kind::kSnapshot) {
+    connection_->LeaveSnapshot();
+  } else {
+    connection_->RollBack();
+  }
 }
 
 absl::Status Transaction::Commit() {

@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_STORAGE_LIBPQ_TRANSACTION_H_
 #define HYPERMAP_STORAGE_LIBPQ_TRANSACTION_H_
 
+#include <string>
+
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 
@@ -17,6 +19,12 @@ class Transaction {
     kSnapshot,  // read only; all reads see the state at the time of the first of them
   };
   static absl::StatusOr<Transaction> Begin(Connection* connection, Kind kind = Kind::kReadWrite);
+  // For a transaction that begins in a Pipeline, with what else is sent: its first statement, and,
+  // after Finish has returned OK, the transaction.
+  static std::string BeginStatement(Kind kind);
+  static Transaction Begun(Connection* connection, Kind kind) {
+    return Transaction(connection, kind);
+  }
   Transaction(Transaction&& other) noexcept;
   Transaction& operator=(Transaction&&) = delete;
   ~Transaction();
@@ -26,8 +34,9 @@ class Transaction {
   absl::Status Commit();
 
  private:
-  explicit Transaction(Connection* connection) : connection_(connection) {}
+  Transaction(Connection* connection, Kind kind) : connection_(connection), kind_(kind) {}
   Connection* connection_;  // null when committed or moved from
+  Kind kind_;
 };
 
 }  // namespace hypermap::storage::postgres

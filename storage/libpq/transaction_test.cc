@@ -54,6 +54,57 @@ TEST_F(TransactionTest, SnapshotSeesOneStateAndWritesNothing) {
   EXPECT_EQ(written.code(), absl::StatusCode::kUnavailable);
 }
 
+TEST_F(TransactionTest, SnapshotIsLeftByWhateverComesNext) {
+  const auto leave = [this] {
+    const auto snapshot = Transaction::Begin(connection_.get(), Transaction::Kind::kSnapshot);
+    ASSERT_TRUE(snapshot.ok()) << snapshot.status();
+    EXPECT_TRUE(connection_->is_in_transaction());
+  };
+  leave();
+  EXPECT_FALSE(connection_->is_in_transaction());
+  Insert(1);
+  leave();
+  EXPECT_EQ(connection_->Execute("INSERT INTO t VALUES (2)"), absl::OkStatus());
+  leave();
+  Pipeline pipeline(connection_.get());
+  pipeline.Add("INSERT INTO t VALUES ($1)", 3);
+  EXPECT_EQ(pipeline.Finish(), absl::OkStatus());
+  leave();
+  auto copy = CopyIn::Begin(connection_.get(), "COPY t FROM STDIN (FORMAT binary)");
+  ASSERT_TRUE(copy.ok()) << copy.status();
+  EXPECT_EQ((*copy)->AddRow(4), absl::OkStatus());
+  EXPECT_EQ((*copy)->Finish(), absl::OkStatus());
+  leave();
+  EXPECT_EQ(connection_->AwaitNotification(absl::ZeroDuration()).status(), absl::OkStatus());
+  leave();
+  leave();
+  EXPECT_EQ(Count(), 4);
+}
+
+TEST_F(TransactionTest, SnapshotIsLeftWithoutAFurtherStatement) {
+  const auto other = Connect();
+  {
+    const auto snapshot = Transaction::Begin(connection_.get(), Transaction::Kind::kSnapshot);
+    EXPECT_EQ(CountBy(*connection_), 0);
+  }
+  EXPECT_TRUE(hypermap::testing::Eventually([&] {
+    return **other->QueryInt64(
+               "SELECT count(*) FROM pg_stat_activity WHERE backend_xmin IS NOT "
+               "NULL AND pid <> pg_backend_pid() AND datname = "
+               "current_database()") == 0;
+  }));
+}
+
+TEST_F(TransactionTest, SessionThatIsLostWhileItLeavesASnapshot) {
+  const int64_t pid = **connection_->QueryInt64("SELECT pg_backend_pid()");
+  {
+    const auto snapshot = Transaction::Begin(connection_.get(), Transaction::Kind::kSnapshot);
+    ASSERT_TRUE(Connect()->QueryInt64("SELECT pg_terminate_backend($1::int)::int", pid).ok());
+  }
+  EXPECT_EQ(connection_->Execute("SELECT 1").code(), absl::StatusCode::kUnavailable);
+  EXPECT_TRUE(connection_->is_broken());
+}
+
 TEST_F(TransactionTest, CommitAfterAnErrorIsAnError) {
   {
     auto transaction = Transaction::Begin(connection_.get());

@@ -81,7 +81,11 @@ INSERT INTO hypermap.layer_revisions
 ANALYZE;
 )sql";
 
-class HistoryPlansTest : public ::testing::Test {
+// Readers with sessions of their own, and such as a pooler's, which have neither prepared
+// statements nor settings.
+enum class Readers { kOwn, kPooled };
+
+class HistoryPlansTest : public ::testing::TestWithParam<Readers> {
  protected:
   HistoryPlansTest() {
     CreateMap(*store_, "site")
@@ -115,16 +119,22 @@ class HistoryPlansTest : public ::testing::Test {
   }
 
   const std::string database_ = NewDatabase();
-  const std::unique_ptr<MapStore> store_ = OpenStore(database_);
+  const std::unique_ptr<MapStore> store_ =
+      OpenStore(database_, GetParam() == Readers::kPooled ? database_ : "");
   std::map<std::string, int64_t> scans_;
 };
 
-TEST_F(HistoryPlansTest, NoLargeTableIsReadAsAWhole) {
+TEST_P(HistoryPlansTest, NoLargeTableIsReadAsAWhole) {
   ExpectOnlyIndexScans();
   {
     const auto reader = *OpenMap()->OpenHistory();
-    EXPECT_EQ(*reader->RevisionAt(absl::FromUnixNanos(kRevisions / 2)), kRevisions / 2);
-    for (const Revision revision : {Revision{2}, kRevisions / 2, kRevisions}) {
+    // From the sixth time on a prepared statement may have a plan for all parameters.
+    constexpr int kTimes = 12;
+    for (int i = 0; i < kTimes; ++i) {
+      const Revision revision = 2 + (kRevisions - 2) * i / (kTimes - 1);
+      EXPECT_EQ(*reader->RevisionAt(absl::FromUnixNanos(revision)), revision);
+      EXPECT_EQ(reader->Commits(revision - 1, 1)->size(), 1u);
+      EXPECT_EQ(reader->Revisions(0, revision + 1, true, 1)->size(), 1u);
       const auto past = *reader->At(revision);
       const auto some = past->Objects("s", {{9.5, 9.5}, {20.5, 20.5}});
       ASSERT_TRUE(some.ok()) << some.status();
@@ -148,6 +158,11 @@ TEST_F(HistoryPlansTest, NoLargeTableIsReadAsAWhole) {
   }
   ExpectOnlyIndexScans();
 }
+
+INSTANTIATE_TEST_SUITE_P(All, HistoryPlansTest, ::testing::Values(Readers::kOwn, Readers::kPooled),
+                         [](const auto& info) {
+                           return info.param == Readers::kOwn ? "own" : "pooled";
+                         });
 
 }  // namespace
 }  // namespace hypermap::storage::postgres

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -188,6 +189,26 @@ TEST_F(PostgresHistoryTest, CommitOfManyChanges) {
   }
   map.Write({replaced});
   ExpectAllAsRecorded(rng, *map.Reader(), map, 0);
+}
+
+// Of an area with more content than is sent with its versions, some is read afterwards.
+TEST_F(PostgresHistoryTest, AreasOfMuchContent) {
+  Rng rng(1);
+  RecordedMap map = NewMap();
+  EditBatch batch{{CreateLayer{SemanticSpec("s")},
+                   CreateLayer{GridSpec("g", LayerKind::kOccupancy, {}, 0.05)}}};
+  for (int i = 0; i < 40; ++i) {
+    SemanticObject object = UnitSquare("chair");
+    object.attributes["note"] = std::string(i % 3 == 0 ? 10 : 5000, 'a');
+    batch.edits.push_back(PutObject{"s", object, ""});
+  }
+  std::vector<std::optional<double>> noise(512 * 512);
+  for (std::optional<double>& value : noise) value = Uniform(rng, 0.0, 1.0);
+  batch.edits.push_back(WriteCells{"g", {0, 512, 0, 512}, noise});
+  map.Write({batch});
+  const auto reader = map.Reader();
+  // The second time all is in the cache.
+  for (int round = 0; round < 2; ++round) ExpectAllAsRecorded(rng, *reader, map, 0);
 }
 
 TEST_F(PostgresHistoryTest, CommitsOfLongDetails) {

@@ -61,10 +61,18 @@ absl::StatusOr<StoredLayer> ReadNamedLayerRow(Rows* row) {
 
 }  // namespace
 
+void AskForLayersAt(Pipeline& pipeline, int64_t map, Revision revision) {
+  pipeline.Ask(WithLayerColumns(kLayersAt), map, revision);
+}
+
 absl::StatusOr<std::vector<LayerAt>> ReadLayersAt(Connection& connection, int64_t map,
                                                   Revision revision) {
   HYPERMAP_ASSIGN_OR_RETURN(Rows rows,
                             connection.Query(WithLayerColumns(kLayersAt), map, revision));
+  return LayersOf(std::move(rows));
+}
+
+absl::StatusOr<std::vector<LayerAt>> LayersOf(Rows rows) {
   std::vector<LayerAt> layers;
   while (rows.Next()) {
     HYPERMAP_ASSIGN_OR_RETURN(StoredLayer stored, ReadNamedLayerRow(&rows));
@@ -91,8 +99,16 @@ absl::StatusOr<std::map<int64_t, StoredLayer>> ReadLineages(Connection& connecti
   return layers;
 }
 
+void AskForFramesAt(Pipeline& pipeline, int64_t map, Revision revision) {
+  pipeline.Ask(kFramesAt, map, revision);
+}
+
 absl::StatusOr<FrameTree> ReadFramesAt(Connection& connection, int64_t map, Revision revision) {
   HYPERMAP_ASSIGN_OR_RETURN(Rows rows, connection.Query(kFramesAt, map, revision));
+  return FramesOf(std::move(rows));
+}
+
+absl::StatusOr<FrameTree> FramesOf(Rows rows) {
   FrameTree frames;
   while (rows.Next()) {
     if (absl::Status status = AddFrameOf(&rows, &frames); !status.ok()) {

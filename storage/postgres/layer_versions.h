@@ -15,8 +15,8 @@
 
 namespace hypermap::storage::postgres {
 
-// Each function is one statement. Errors: those of Connection, and DATA_LOSS naming the table and
-// the row.
+// Each Read is one statement. An AskFor sends it in a pipeline, for whose rows there is a function
+// then. Errors: those of Connection, and DATA_LOSS naming the table and the row.
 
 struct LayerAt {
   StoredLayer stored;
@@ -27,12 +27,16 @@ struct LayerAt {
 // Reads the layers at a revision, ordered by name.
 absl::StatusOr<std::vector<LayerAt>> ReadLayersAt(Connection& connection, int64_t map,
                                                   Revision revision);
+void AskForLayersAt(Pipeline& pipeline, int64_t map, Revision revision);
+absl::StatusOr<std::vector<LayerAt>> LayersOf(Rows rows);
 
 // Reads layers that exist or existed as their oldest version that is kept has them, by lineage.
 absl::StatusOr<std::map<int64_t, StoredLayer>> ReadLineages(Connection& connection, int64_t map,
                                                             absl::Span<const int64_t> lineages);
 
 absl::StatusOr<FrameTree> ReadFramesAt(Connection& connection, int64_t map, Revision revision);
+void AskForFramesAt(Pipeline& pipeline, int64_t map, Revision revision);
+absl::StatusOr<FrameTree> FramesOf(Rows rows);
 
 }  // namespace hypermap::storage::postgres
 

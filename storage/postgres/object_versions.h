@@ -36,16 +36,19 @@ inline constexpr char kObjectBytes[] =
     "octet_length(shape)::int8 + octet_length(classes) + octet_length(tags) + "
     "octet_length(attributes)";
 
-// Finds versions first and reads their content afterwards, so that content that is cached is not
-// read again. Several calls are consistent only within one snapshot transaction. Errors: those of
-// Connection and of VersionCache.
+// Finds versions, with the content of the first of them if it is small, and reads what else is not
+// cached afterwards. Several calls are consistent only within one snapshot transaction. Errors:
+// those of Connection and of VersionCache.
 class ObjectVersions {
  public:
   ObjectVersions(int64_t map, CacheRoomPtr room) : map_(map), cache_(std::move(room)) {}
 
-  // The objects whose box shares a point with `box`, and perhaps some near it, ordered by id.
-  absl::StatusOr<std::vector<ObjectPtr>> InBox(Connection& connection, int64_t lineage,
-                                               const Box& box, Revision revision);
+  // Asks for the first of the objects whose box shares a point with `box`, which is not empty, and
+  // perhaps of some near it, ordered by id.
+  void AskInBox(Pipeline& pipeline, int64_t lineage, const Box& box, Revision revision) const;
+  // All of these objects, given the rows of AskInBox. Uses the connection only if there are more.
+  absl::StatusOr<std::vector<ObjectPtr>> ReadInBox(GetConnection connection, int64_t lineage,
+                                                   const Box& box, Revision revision, Rows rows);
 
   // The objects of different versions, in their order. The number of statements is small: one for
   // some megabytes.
@@ -53,8 +56,13 @@ class ObjectVersions {
                                               absl::Span<const ObjectVersion> versions);
 
  private:
+  using Cache = VersionCache<ObjectVersion, ObjectPtr>;
+  void AskPage(Pipeline& pipeline, int64_t lineage, const Box& box, Revision revision,
+               ObjectId after, int64_t most) const;
+  absl::StatusOr<std::vector<ObjectPtr>> Finish(GetConnection connection, Cache::Reading* reading);
+
   const int64_t map_;
-  VersionCache<ObjectVersion, ObjectPtr> cache_;
+  Cache cache_;
 };
 
 }  // namespace hypermap::storage::postgres

@@ -1,5 +1,6 @@
 #include "storage/postgres/past_map.h"
 
+#include <algorithm>
 #include <limits>
 #include <utility>
 
@@ -10,14 +11,36 @@
 #include "storage/postgres/postgres_history.h"
 
 namespace hypermap::storage::postgres {
+namespace {
 
-absl::StatusOr<PastStructurePtr> ReadStructure(Connection& connection, int64_t map,
-                                               MapStructure head) {
+// Regions of more tiles are not asked for before they are read: their rows would take much memory.
+constexpr int64_t kFewTiles = 1000;
+
+int64_t NumTiles(const CellBox& cells) {
+  const CellBox box = cells.Intersection(kAllCells);
+  if (box.empty()) return 0;
+  const TileIndex low = TileOf({box.row_begin, box.col_begin});
+  const TileIndex high = TileOf({box.row_end - 1, box.col_end - 1});
+  return (int64_t{high.row} - low.row + 1) * (int64_t{high.col} - low.col + 1);
+}
+
+// Whether nothing can be in the region.
+bool IsEmpty(const PastMap::Region& region) {
+  return region.box.empty() && region.cells.Intersection(kAllCells).empty();
+}
+
+}  // namespace
+
+void AskForStructure(Pipeline& pipeline, int64_t map, Revision revision) {
+  AskForFramesAt(pipeline, map, revision);
+  AskForLayersAt(pipeline, map, revision);
+}
+
+absl::StatusOr<PastStructurePtr> ReadStructure(Rows frames, Rows layers, MapStructure head) {
   auto structure = std::make_shared<PastStructure>();
-  HYPERMAP_ASSIGN_OR_RETURN(head.frames, ReadFramesAt(connection, map, head.revision));
-  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerAt> layers,
-                            ReadLayersAt(connection, map, head.revision));
-  for (const auto& [stored, version] : layers) {
+  HYPERMAP_ASSIGN_OR_RETURN(head.frames, FramesOf(std::move(frames)));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerAt> read, LayersOf(std::move(layers)));
+  for (const auto& [stored, version] : read) {
     const LayerSpec& spec = stored.spec;
     head.layers.insert_or_assign(spec.name, LayerStructure{spec, stored.extent, version});
     structure->lineages.emplace(spec.name, stored.lineage);
@@ -49,11 +72,78 @@ absl::StatusOr<PostgresPastMap::Found> PostgresPastMap::Find(const std::string& 
   return Found{structure_->lineages.at(layer), past->spec.kind};
 }
 
+absl::Status PostgresPastMap::Expect(absl::Span<const Region> regions) {
+  std::vector<Region> small;
+  for (const Region& region : regions) {
+    if (NumTiles(region.cells) <= kFewTiles) small.push_back(region);
+  }
+  return InMap(Ask(small));
+}
+
+absl::Status PostgresPastMap::Ask(absl::Span<const Region> regions) {
+  HYPERMAP_RETURN_IF_ERROR(FinishAsking().status());
+  asked_.clear();
+  asking_ = std::make_unique<Pipeline>(connection_.get());
+  for (const Region& region : regions) {
+    const auto layer = structure_->map->GetLayer(region.layer);
+    if (!layer.ok() || IsEmpty(region)) continue;
+    const int64_t lineage = structure_->lineages.at(region.layer);
+    const Revision revision = structure_->map->revision;
+    if (IsGridKind((*layer)->spec.kind)) {
+      tiles_->AskInBox(*asking_, lineage, region.cells, revision);
+    } else {
+      objects_->AskInBox(*asking_, lineage, region.box, revision);
+    }
+    asking_->Flush();
+    asked_.push_back({region, std::nullopt});
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Connection*> PostgresPastMap::FinishAsking() {
+  if (asking_ != nullptr) {
+    const std::unique_ptr<Pipeline> asking = std::move(asking_);
+    if (const absl::Status status = asking->Finish(); !status.ok()) {
+      asked_.clear();
+      return status;
+    }
+    std::deque<Rows> rows = asking->TakeRows();
+    for (Asked& asked : asked_) {
+      asked.rows = std::move(rows.front());
+      rows.pop_front();
+    }
+  }
+  return connection_.get();
+}
+
+absl::StatusOr<Rows> PostgresPastMap::RowsOf(const Region& region) {
+  const auto is_next = [&] {
+    return !asked_.empty() && asked_.front().region.layer == region.layer &&
+           asked_.front().region.box == region.box && asked_.front().region.cells == region.cells;
+  };
+  if (!is_next()) HYPERMAP_RETURN_IF_ERROR(Ask({region}));
+  Asked asked = std::move(asked_.front());
+  asked_.pop_front();
+  if (asked.rows) return *std::move(asked.rows);
+  absl::StatusOr<Rows> rows = asking_->NextRows();
+  if (!rows.ok()) {
+    asking_.reset();
+    asked_.clear();
+  } else if (asked_.empty()) {
+    HYPERMAP_RETURN_IF_ERROR(FinishAsking().status());
+  }
+  return rows;
+}
+
 absl::StatusOr<std::vector<ObjectPtr>> PostgresPastMap::Objects(const std::string& layer,
                                                                 const Box& box) {
   HYPERMAP_ASSIGN_OR_RETURN(const Found found, Find(layer, /*is_grid=*/false));
+  if (box.empty()) return std::vector<ObjectPtr>();
+  absl::StatusOr<Rows> rows = RowsOf({layer, box, CellBox()});
+  if (!rows.ok()) return InMap(rows.status());
   absl::StatusOr<std::vector<ObjectPtr>> objects =
-      objects_->InBox(*connection_, found.lineage, box, structure_->map->revision);
+      objects_->ReadInBox([this] { return FinishAsking(); }, found.lineage, box,
+                          structure_->map->revision, *std::move(rows));
   if (!objects.ok()) return InMap(objects.status());
   return objects;
 }
@@ -65,8 +155,11 @@ absl::StatusOr<std::vector<ObjectPtr>> PostgresPastMap::Objects(const std::strin
 
 absl::StatusOr<TileMap> PostgresPastMap::Tiles(const std::string& layer, const CellBox& cells) {
   HYPERMAP_ASSIGN_OR_RETURN(const Found found, Find(layer, /*is_grid=*/true));
-  absl::StatusOr<TileMap> tiles =
-      tiles_->InBox(*connection_, found.lineage, found.kind, cells, structure_->map->revision);
+  if (cells.Intersection(kAllCells).empty()) return TileMap();
+  absl::StatusOr<Rows> rows = RowsOf({layer, Box(), cells});
+  if (!rows.ok()) return InMap(rows.status());
+  absl::StatusOr<TileMap> tiles = tiles_->ReadInBox([this] { return FinishAsking(); },
+                                                    found.lineage, found.kind, *std::move(rows));
   if (!tiles.ok()) return InMap(tiles.status());
   return tiles;
 }

@@ -3,8 +3,10 @@
 #define HYPERMAP_STORAGE_POSTGRES_PAST_MAP_H_
 
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,9 +26,10 @@ struct PastStructure {
 };
 using PastStructurePtr = std::shared_ptr<const PastStructure>;
 
+// Two statements, whose rows ReadStructure takes.
+void AskForStructure(Pipeline& pipeline, int64_t map, Revision revision);
 // `head` has the name of the map, its frame and the revision.
-absl::StatusOr<PastStructurePtr> ReadStructure(Connection& connection, int64_t map,
-                                               MapStructure head);
+absl::StatusOr<PastStructurePtr> ReadStructure(Rows frames, Rows layers, MapStructure head);
 
 // Borrows the readers. Everything is read within `transaction`, which is one of the connection.
 class PostgresPastMap : public PastMap {
@@ -35,6 +38,7 @@ class PostgresPastMap : public PastMap {
                   ObjectVersions* objects, TileVersions* tiles, PastStructurePtr structure);
 
   const StructurePtr& structure() const override { return structure_->map; }
+  absl::Status Expect(absl::Span<const Region> regions) override;
   absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer, const Box& box) override;
   absl::StatusOr<std::vector<ObjectPtr>> Objects(const std::string& layer) override;
   absl::StatusOr<TileMap> Tiles(const std::string& layer, const CellBox& cells) override;
@@ -44,9 +48,20 @@ class PostgresPastMap : public PastMap {
     int64_t lineage = 0;
     LayerKind kind = LayerKind::kOccupancy;
   };
+  // A region that was asked for.
+  struct Asked {
+    Region region;
+    std::optional<Rows> rows;  // once they were read
+  };
   // NOT_FOUND; FAILED_PRECONDITION when the layer is not a grid or, without `is_grid`, not
   // semantic.
   absl::StatusOr<Found> Find(const std::string& layer, bool is_grid) const;
+  // Asks for the regions that are not empty, and forgets those asked for before.
+  absl::Status Ask(absl::Span<const Region> regions);
+  // The rows of a region that is not empty. Asks for it if that was not done before.
+  absl::StatusOr<Rows> RowsOf(const Region& region);
+  // Reads the rows of all that was asked for, so that the connection can be used otherwise.
+  absl::StatusOr<Connection*> FinishAsking();
   absl::Status InMap(const absl::Status& status) const;
 
   const std::shared_ptr<Connection> connection_;  // outlives the transaction
@@ -54,6 +69,8 @@ class PostgresPastMap : public PastMap {
   ObjectVersions* const objects_;
   TileVersions* const tiles_;
   const PastStructurePtr structure_;
+  std::unique_ptr<Pipeline> asking_;  // null if all that was asked for was answered
+  std::deque<Asked> asked_;           // whose rows were not used yet, in order
 };
 
 }  // namespace hypermap::storage::postgres

@@ -49,11 +49,6 @@ search AS (
 SELECT oldest_revision, oldest_time_ns, (SELECT low FROM search WHERE low = high) FROM map
 )sql";
 
-ConnectOptions ForReader(ConnectOptions options) {
-  options.prepares = false;
-  return options;
-}
-
 }  // namespace
 
 absl::Status HistoryStatus(const std::string& map, const absl::Status& status) {
@@ -69,7 +64,7 @@ absl::Status HistoryStatus(const std::string& map, const absl::Status& status) {
 
 PostgresHistory::PostgresHistory(ConnectOptions options, int64_t map, std::string map_name,
                                  const CacheRoomPtr& cache_room, DeletedMaps deleted)
-    : options_(ForReader(std::move(options))),
+    : options_(std::move(options)),
       map_(map),
       map_name_(std::move(map_name)),
       reads_deleted_(deleted == DeletedMaps::kRead),
@@ -92,17 +87,25 @@ absl::Status PostgresHistory::WithConnection(absl::FunctionRef<absl::Status(Conn
   return use(*connection_);
 }
 
-absl::StatusOr<PostgresHistory::Opened> PostgresHistory::Begin() {
+absl::StatusOr<PostgresHistory::Opened> PostgresHistory::Begin(
+    absl::FunctionRef<void(Pipeline&)> ask) {
   std::optional<Opened> opened;
   const auto begin = [&](Connection& connection) -> absl::Status {
-    HYPERMAP_ASSIGN_OR_RETURN(Transaction transaction,
-                              Transaction::Begin(&connection, Transaction::Kind::kSnapshot));
-    HYPERMAP_ASSIGN_OR_RETURN(Rows rows, connection.Query(kBeginPast, map_, reads_deleted_));
+    Pipeline pipeline(&connection);
+    pipeline.Add(Transaction::BeginStatement(Transaction::Kind::kSnapshot));
+    pipeline.Ask(kBeginPast, map_, reads_deleted_);
+    ask(pipeline);
+    HYPERMAP_RETURN_IF_ERROR(pipeline.Finish());
+    Transaction transaction = Transaction::Begun(&connection, Transaction::Kind::kSnapshot);
+    std::deque<Rows> answers = pipeline.TakeRows();
+    Rows rows = std::move(answers.front());
+    answers.pop_front();
     if (!rows.Next()) return Deleted();
     const KeptRevisions kept{rows.Int64(0), rows.Int64(1)};
     std::string frame_id(rows.Text(2));
     HYPERMAP_RETURN_IF_ERROR(rows.row_status());
-    opened.emplace(Opened{connection_, std::move(transaction), std::move(frame_id), kept});
+    opened.emplace(
+        Opened{connection_, std::move(transaction), std::move(frame_id), kept, std::move(answers)});
     return absl::OkStatus();
   };
   if (const absl::Status status = WithConnection(begin); !status.ok()) return InMap(status);
@@ -160,15 +163,14 @@ absl::StatusOr<Revision> PostgresHistory::RevisionAt(absl::Time time) {
   return found;
 }
 
-absl::StatusOr<PastStructurePtr> PostgresHistory::StructureAt(const Opened& opened,
-                                                              Revision revision) {
-  if (PastStructurePtr known = structures_.Find(revision)) return known;
+absl::StatusOr<PastStructurePtr> PostgresHistory::ReadStructureAt(Revision revision,
+                                                                  Opened* opened) {
   MapStructure head;
   head.map_name = map_name_;
-  head.frame_id = opened.frame_id;
+  head.frame_id = opened->frame_id;
   head.revision = revision;
-  absl::StatusOr<PastStructurePtr> structure =
-      ReadStructure(*opened.connection, map_, std::move(head));
+  absl::StatusOr<PastStructurePtr> structure = ReadStructure(
+      std::move(opened->answers.at(0)), std::move(opened->answers.at(1)), std::move(head));
   if (structure.ok()) {
     structures_.Insert(revision, *structure,
                        1024 + UnsharedBytes(*(*structure)->map, MapStructure()));
@@ -177,9 +179,13 @@ absl::StatusOr<PastStructurePtr> PostgresHistory::StructureAt(const Opened& open
 }
 
 absl::StatusOr<std::unique_ptr<PastMap>> PostgresHistory::At(Revision revision) {
-  HYPERMAP_ASSIGN_OR_RETURN(Opened opened, Begin());
+  const PastStructurePtr known = structures_.Find(revision);
+  HYPERMAP_ASSIGN_OR_RETURN(Opened opened, Begin([&](Pipeline& pipeline) {
+                              if (known == nullptr) AskForStructure(pipeline, map_, revision);
+                            }));
   HYPERMAP_RETURN_IF_ERROR(CheckKept(opened.kept, revision));
-  absl::StatusOr<PastStructurePtr> structure = StructureAt(opened, revision);
+  absl::StatusOr<PastStructurePtr> structure =
+      known != nullptr ? known : ReadStructureAt(revision, &opened);
   if (!structure.ok()) return InMap(structure.status());
   return std::make_unique<PostgresPastMap>(std::move(opened.connection),
                                            std::move(opened.transaction), &objects_, &tiles_,

@@ -3,6 +3,7 @@
 #define HYPERMAP_STORAGE_POSTGRES_POSTGRES_HISTORY_H_
 
 #include <cstdint>
+#include <deque>
 #include <memory>
 #include <string>
 #include <vector>
@@ -27,14 +28,15 @@ namespace hypermap::storage::postgres {
 absl::Status HistoryStatus(const std::string& map, const absl::Status& status);
 
 // Has a connection of its own, which it opens when it is first used, and again when it is lost.
-// What is read at once is read in one snapshot transaction, so that a pooler that shares sessions
-// between transactions may be in between. A PastMap keeps its transaction open; the database ends
-// one that is not used for a minute, so that forgotten ones don't keep it from cleaning up.
+// What is read at once is read in one snapshot transaction, so that, without prepared statements, a
+// pooler that shares sessions between transactions may be in between. A PastMap keeps its
+// transaction open; the database ends one that is not used for a minute, so that forgotten ones
+// don't keep it from cleaning up.
 class PostgresHistory : public HistoryReader {
  public:
   // Whether a map is read that was deleted, as long as none of its rows are removed.
   enum class DeletedMaps { kUnavailable, kRead };
-  // `map` is the number of the map. ConnectOptions::prepares is ignored: nothing is prepared.
+  // `map` is the number of the map.
   PostgresHistory(ConnectOptions options, int64_t map, std::string map_name,
                   const CacheRoomPtr& cache_room, DeletedMaps deleted = DeletedMaps::kUnavailable);
 
@@ -50,14 +52,16 @@ class PostgresHistory : public HistoryReader {
  private:
   static constexpr int64_t kMaxStructureBytes = 4 << 20;  // that are cached
 
-  // A snapshot transaction, and the row of the map in it.
+  // A snapshot transaction, the row of the map in it, and the rows of what else was asked for.
   struct Opened {
     std::shared_ptr<Connection> connection;  // outlives the transaction
     Transaction transaction;
     std::string frame_id;
     KeptRevisions kept;
+    std::deque<Rows> answers;
   };
-  absl::StatusOr<Opened> Begin();
+  // One round trip, with what `ask` asks for.
+  absl::StatusOr<Opened> Begin(absl::FunctionRef<void(Pipeline&)> ask = [](Pipeline&) {});
 
   // Runs `use`, and once more on a new connection if the one that there was is lost: a connection
   // may have been lost since it was last used.
@@ -65,7 +69,8 @@ class PostgresHistory : public HistoryReader {
 
   // OUT_OF_RANGE when the revision is not kept.
   absl::Status CheckKept(const KeptRevisions& kept, Revision revision) const;
-  absl::StatusOr<PastStructurePtr> StructureAt(const Opened& opened, Revision revision);
+  // Takes the answers to AskForStructure.
+  absl::StatusOr<PastStructurePtr> ReadStructureAt(Revision revision, Opened* opened);
   // The error of a map that has no row.
   absl::Status Deleted() const;
   absl::Status InMap(const absl::Status& status) const { return HistoryStatus(map_name_, status); }

@@ -183,8 +183,10 @@ ConnectOptions PostgresStore::WriterOptions() const { return WriterOptionsOf(opt
 
 PostgresMap::Facilities PostgresStore::ForMaps() const {
   ConnectOptions readers = WriterOptions();
-  if (!options_.readers_target.empty()) readers.target = options_.readers_target;
-  readers.prepares = false;
+  if (!options_.readers_target.empty()) {
+    readers.target = options_.readers_target;
+    readers.prepares = false;  // there may be a pooler
+  }
   return {std::move(readers), options_.cache_room, options_.open_files};
 }
 

@@ -8,9 +8,10 @@
 namespace hypermap::storage::postgres {
 namespace {
 
-// The tiles of the rows $3 to $4 and columns $5 to $6 at the revision $7. It steps from place to
-// place in the index and over columns outside of the box, so that neither other tiles nor the
-// number of versions of a tile cost anything.
+// The tiles of the rows $3 to $4 and columns $5 to $6 at the revision $7, with the images of the
+// first of them, which have up to $8 bytes together. It steps from place to place in the index and
+// over columns outside of the box, so that neither other tiles nor the number of versions of a tile
+// cost anything.
 constexpr char kTilesInBox[] = R"sql(
 WITH RECURSIVE place AS (
   (SELECT tile_row, tile_col FROM hypermap.tiles
@@ -25,12 +26,18 @@ WITH RECURSIVE place AS (
           CASE WHEN place.tile_col BETWEEN $5 AND $6 - 1 THEN place.tile_col + 1 ELSE $5 END)
         ORDER BY tile_row, tile_col LIMIT 1) AS next
     WHERE place.tile_row <= $4)
-SELECT place.tile_row, place.tile_col, t.first_revision, t.end_revision, t.bytes
-  FROM place CROSS JOIN LATERAL (
-    SELECT first_revision, end_revision, octet_length(image) AS bytes FROM hypermap.tiles
-      WHERE map = $1 AND lineage = $2 AND tile_row = place.tile_row AND tile_col = place.tile_col
-        AND end_revision > $7 ORDER BY end_revision LIMIT 1) AS t
-  WHERE place.tile_row <= $4 AND place.tile_col BETWEEN $5 AND $6 AND t.first_revision <= $7
+SELECT tile_row, tile_col, first_revision, end_revision, bytes,
+    CASE WHEN sum(bytes) OVER (ORDER BY tile_row, tile_col) <= $8 THEN image END
+  FROM (
+    SELECT place.tile_row, place.tile_col, t.first_revision, t.end_revision,
+        octet_length(t.image) AS bytes, t.image
+      FROM place CROSS JOIN LATERAL (
+        SELECT first_revision, end_revision, image FROM hypermap.tiles
+          WHERE map = $1 AND lineage = $2 AND tile_row = place.tile_row
+            AND tile_col = place.tile_col AND end_revision > $7
+          ORDER BY end_revision LIMIT 1) AS t
+      WHERE place.tile_row <= $4 AND place.tile_col BETWEEN $5 AND $6 AND t.first_revision <= $7
+    ) AS found
 )sql";
 
 // The lateral query, with its limit, is run for each version: the planner can't choose to read the
@@ -61,34 +68,47 @@ absl::StatusOr<TileIndex> ToTileIndex(int64_t row, int64_t col) {
   return TileIndex{static_cast<int32_t>(row), static_cast<int32_t>(col)};
 }
 
-absl::StatusOr<TileMap> TileVersions::InBox(Connection& connection, int64_t lineage, LayerKind kind,
-                                            const CellBox& cells, Revision revision) {
-  TileMap tiles;
+void TileVersions::AskInBox(Pipeline& pipeline, int64_t lineage, const CellBox& cells,
+                            Revision revision) const {
   const CellBox box = cells.Intersection(kAllCells);
-  if (box.empty()) return tiles;
   const TileIndex low = TileOf({box.row_begin, box.col_begin});
   const TileIndex high = TileOf({box.row_end - 1, box.col_end - 1});
-  HYPERMAP_ASSIGN_OR_RETURN(
-      Rows rows, connection.Query(kTilesInBox, map_, lineage, int64_t{low.row}, int64_t{high.row},
-                                  int64_t{low.col}, int64_t{high.col}, revision));
-  std::vector<TileVersion> versions;
+  pipeline.Ask(kTilesInBox, map_, lineage, int64_t{low.row}, int64_t{high.row}, int64_t{low.col},
+               int64_t{high.col}, revision, kBytesAtOnce);
+}
+
+absl::StatusOr<TileMap> TileVersions::ReadInBox(GetConnection connection, int64_t lineage,
+                                                LayerKind kind, Rows rows) {
+  constexpr int kImage = 5;
+  TileMap tiles;
+  Cache::Reading reading(&cache_);
+  std::vector<TileIndex> indexes;
   while (rows.Next()) {
     HYPERMAP_ASSIGN_OR_RETURN(const TileIndex index, ToTileIndex(rows.Int64(0), rows.Int64(1)));
-    versions.push_back({lineage, kind, index, rows.Int64(2), rows.Int64(3), rows.Int64(4)});
+    const TileVersion version{lineage, kind, index, rows.Int64(2), rows.Int64(3), rows.Int64(4)};
+    HYPERMAP_RETURN_IF_ERROR(rows.row_status());
+    HYPERMAP_RETURN_IF_ERROR(rows.IsNull(kImage) ? reading.Add(version) : reading.Add(version, [&] {
+      return Decode(kind, rows.Blob(kImage));
+    }));
+    indexes.push_back(index);
   }
   HYPERMAP_RETURN_IF_ERROR(rows.row_status());
-  HYPERMAP_ASSIGN_OR_RETURN(std::vector<TilePtr> read, Read(connection, versions));
-  for (size_t i = 0; i < read.size(); ++i) {
-    tiles.emplace(versions[i].index, std::move(read[i]));
-  }
+  HYPERMAP_ASSIGN_OR_RETURN(std::vector<TilePtr> read, Finish(connection, &reading));
+  for (size_t i = 0; i < read.size(); ++i) tiles.emplace(indexes[i], std::move(read[i]));
   return tiles;
 }
 
 absl::StatusOr<std::vector<TilePtr>> TileVersions::Read(Connection& connection,
                                                         absl::Span<const TileVersion> versions) {
-  using Cache = VersionCache<TileVersion, TilePtr>;
-  return cache_.Read(
-      versions, [&](absl::Span<const TileVersion> batch, Cache::Take take) -> absl::Status {
+  Cache::Reading reading(&cache_);
+  for (const TileVersion& version : versions) HYPERMAP_RETURN_IF_ERROR(reading.Add(version));
+  return Finish([&] { return &connection; }, &reading);
+}
+
+absl::StatusOr<std::vector<TilePtr>> TileVersions::Finish(GetConnection connection,
+                                                          Cache::Reading* reading) {
+  return reading->Finish(
+      [&](absl::Span<const TileVersion> batch, Cache::Take take) -> absl::Status {
         std::vector<int64_t> lineages, tile_rows, tile_cols, ends;
         for (const TileVersion& version : batch) {
           lineages.push_back(version.lineage);
@@ -96,10 +116,11 @@ absl::StatusOr<std::vector<TilePtr>> TileVersions::Read(Connection& connection,
           tile_cols.push_back(version.index.col);
           ends.push_back(version.end_revision);
         }
+        HYPERMAP_ASSIGN_OR_RETURN(Connection* const idle, connection());
         HYPERMAP_ASSIGN_OR_RETURN(
-            Rows rows, connection.Query(kFetchTiles, map_, absl::MakeConstSpan(lineages),
-                                        absl::MakeConstSpan(tile_rows),
-                                        absl::MakeConstSpan(tile_cols), absl::MakeConstSpan(ends)));
+            Rows rows, idle->Query(kFetchTiles, map_, absl::MakeConstSpan(lineages),
+                                   absl::MakeConstSpan(tile_rows), absl::MakeConstSpan(tile_cols),
+                                   absl::MakeConstSpan(ends)));
         while (rows.Next()) {
           const size_t number = static_cast<size_t>(rows.Int64(0) - 1);
           const absl::string_view image = rows.Blob(1);

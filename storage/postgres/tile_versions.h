@@ -44,9 +44,12 @@ class TileVersions {
  public:
   TileVersions(int64_t map, CacheRoomPtr room) : map_(map), cache_(std::move(room)) {}
 
-  // The tiles of a layer of that kind that share a cell with `cells`.
-  absl::StatusOr<TileMap> InBox(Connection& connection, int64_t lineage, LayerKind kind,
-                                const CellBox& cells, Revision revision);
+  // Asks for the tiles that share a cell with `cells`, of which there must be some in kAllCells.
+  void AskInBox(Pipeline& pipeline, int64_t lineage, const CellBox& cells, Revision revision) const;
+  // These tiles of a layer of that kind, given the rows of AskInBox. Uses the connection only if
+  // not all content came with them.
+  absl::StatusOr<TileMap> ReadInBox(GetConnection connection, int64_t lineage, LayerKind kind,
+                                    Rows rows);
 
   // The tiles of different versions, in their order. The number of statements is small: one for
   // some megabytes.
@@ -54,11 +57,13 @@ class TileVersions {
                                             absl::Span<const TileVersion> versions);
 
  private:
+  using Cache = VersionCache<TileVersion, TilePtr>;
+  absl::StatusOr<std::vector<TilePtr>> Finish(GetConnection connection, Cache::Reading* reading);
   absl::StatusOr<TilePtr> Decode(LayerKind kind, absl::string_view image);
 
   const int64_t map_;
   std::map<LayerKind, std::unique_ptr<const TileCodec>> codecs_;
-  VersionCache<TileVersion, TilePtr> cache_;
+  Cache cache_;
 };
 
 }  // namespace hypermap::storage::postgres

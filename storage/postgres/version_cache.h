@@ -16,8 +16,16 @@
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "storage/generation_cache.h"
+#include "storage/libpq/connection.h"
 
 namespace hypermap::storage::postgres {
+
+// Content with up to so many bytes is sent with the versions that are found, because to ask for it
+// takes longer than to send it, even if some of it is cached.
+inline constexpr int64_t kBytesAtOnce = 64 << 10;
+
+// Returns a connection that is at the caller's disposal, which may have to end what it does before.
+using GetConnection = absl::FunctionRef<absl::StatusOr<Connection*>()>;
 
 // `Version` tells a row and the bytes that are read for it; `Content` is a pointer to what is
 // decoded from it. A Version has:
@@ -35,28 +43,86 @@ class VersionCache {
   // Reads versions with one statement, in any order.
   using Fetch = absl::FunctionRef<absl::Status(absl::Span<const Version> versions, Take take)>;
 
-  // Returns the content of different versions, in their order, and takes its memory. DATA_LOSS
-  // naming a row that is damaged or missing; errors of TakeMemory, CheckCancelled and `fetch`.
-  absl::StatusOr<std::vector<Content>> Read(absl::Span<const Version> versions, Fetch fetch) {
-    std::vector<Content> contents(versions.size());
-    Batch batch;
-    for (size_t i = 0; i < versions.size(); ++i) {
+  // Reads the content of different versions. Errors of all methods: DATA_LOSS naming a row that is
+  // damaged or missing; errors of TakeMemory, CheckCancelled and `fetch`.
+  class Reading {
+   public:
+    explicit Reading(VersionCache* cache) : cache_(cache) {}
+
+    // Adds a version whose content Finish fetches, if it is not in the cache.
+    absl::Status Add(Version version) {
       HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-      contents[i] = cache_.Find(versions[i].key());
-      if (contents[i] != nullptr) {
-        HYPERMAP_RETURN_IF_ERROR(TakeMemory(kBytesOfPlaces + Version::BytesOf(contents[i])));
-        continue;
-      }
-      batch.versions.push_back(versions[i]);
-      batch.places.push_back(i);
-      batch.bytes += versions[i].bytes;
-      if (batch.bytes < kEnoughBytes && batch.places.size() < kMaxRows) continue;
-      HYPERMAP_RETURN_IF_ERROR(ReadBatch(batch, fetch, &contents));
-      batch = {};
+      contents_.push_back(cache_->cache_.Find(version.key()));
+      if (contents_.back() != nullptr) return TakeMemoryOf(contents_.back());
+      missing_.push_back({std::move(version), contents_.size() - 1});
+      return absl::OkStatus();
     }
-    if (!batch.places.empty()) HYPERMAP_RETURN_IF_ERROR(ReadBatch(batch, fetch, &contents));
-    return contents;
-  }
+    // Adds a version whose content is at hand. It is decoded if it is not in the cache.
+    absl::Status Add(const Version& version, absl::FunctionRef<absl::StatusOr<Content>()> decode) {
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+      contents_.push_back(cache_->cache_.Find(version.key()));
+      if (contents_.back() != nullptr) return TakeMemoryOf(contents_.back());
+      return Take(version, decode(), &contents_.back());
+    }
+
+    // Returns the content in the order of the versions, and forgets it.
+    absl::StatusOr<std::vector<Content>> Finish(Fetch fetch) {
+      for (size_t begin = 0; begin < missing_.size();) {
+        std::vector<Version> batch;
+        int64_t bytes = 0;
+        while (begin + batch.size() < missing_.size() && bytes < kEnoughBytes &&
+               batch.size() < kMaxRows) {
+          batch.push_back(missing_[begin + batch.size()].version);
+          bytes += batch.back().bytes;
+        }
+        HYPERMAP_RETURN_IF_ERROR(FetchBatch(batch, begin, fetch));
+        begin += batch.size();
+      }
+      missing_.clear();
+      return std::exchange(contents_, {});
+    }
+
+   private:
+    struct Missing {
+      Version version;
+      size_t place;  // of the version among all
+    };
+
+    absl::Status FetchBatch(absl::Span<const Version> batch, size_t begin, Fetch fetch) {
+      HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+      const auto take = [&](size_t number, absl::StatusOr<Content> content) -> absl::Status {
+        return Take(batch.at(number), std::move(content),
+                    &contents_[missing_[begin + number].place]);
+      };
+      HYPERMAP_RETURN_IF_ERROR(fetch(batch, take));
+      for (size_t i = 0; i < batch.size(); ++i) {
+        if (contents_[missing_[begin + i].place] == nullptr) return Damaged(batch[i], "is missing");
+      }
+      return absl::OkStatus();
+    }
+
+    absl::Status Take(const Version& version, absl::StatusOr<Content> content, Content* place) {
+      if (!content.ok()) return Damaged(version, content.status().message());
+      HYPERMAP_RETURN_IF_ERROR(TakeMemoryOf(*content));
+      cache_->cache_.Insert(version.key(), *content, BytesOf(*content));
+      *place = *std::move(content);
+      return absl::OkStatus();
+    }
+
+    static int64_t BytesOf(const Content& content) {
+      return kBytesOfPlaces + Version::BytesOf(content);
+    }
+    static absl::Status TakeMemoryOf(const Content& content) {
+      return TakeMemory(BytesOf(content));
+    }
+    static absl::Status Damaged(const Version& version, absl::string_view problem) {
+      return absl::DataLossError(absl::StrCat(version.Name(), ": ", problem));
+    }
+
+    VersionCache* const cache_;
+    std::vector<Content> contents_;
+    std::vector<Missing> missing_;
+  };
 
  private:
   using Key = decltype(std::declval<const Version&>().key());
@@ -66,33 +132,6 @@ class VersionCache {
   // Bounds of one statement, whose answer is in memory as a whole and is not charged.
   static constexpr int64_t kEnoughBytes = 4 << 20;
   static constexpr size_t kMaxRows = 4096;
-
-  struct Batch {
-    std::vector<Version> versions;
-    std::vector<size_t> places;  // of the versions among all
-    int64_t bytes = 0;
-  };
-
-  absl::Status ReadBatch(const Batch& batch, Fetch fetch, std::vector<Content>* contents) {
-    const auto take = [&](size_t number, absl::StatusOr<Content> content) -> absl::Status {
-      const Version& version = batch.versions.at(number);
-      if (!content.ok()) return Damaged(version, content.status().message());
-      const int64_t bytes = kBytesOfPlaces + Version::BytesOf(*content);
-      HYPERMAP_RETURN_IF_ERROR(TakeMemory(bytes));
-      cache_.Insert(version.key(), *content, bytes);
-      (*contents)[batch.places[number]] = *std::move(content);
-      return absl::OkStatus();
-    };
-    HYPERMAP_RETURN_IF_ERROR(fetch(batch.versions, take));
-    for (size_t i = 0; i < batch.places.size(); ++i) {
-      if ((*contents)[batch.places[i]] == nullptr) return Damaged(batch.versions[i], "is missing");
-    }
-    return absl::OkStatus();
-  }
-
-  static absl::Status Damaged(const Version& version, absl::string_view problem) {
-    return absl::DataLossError(absl::StrCat(version.Name(), ": ", problem));
-  }
 
   GenerationCache<Key, Content> cache_;
 };

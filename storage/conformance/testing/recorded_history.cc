@@ -1,5 +1,6 @@
 #include "storage/conformance/testing/recorded_history.h"
 
+#include <algorithm>
 #include <string>
 #include <vector>
 
@@ -23,25 +24,30 @@ void ExpectSameStructure(const MapStructure& actual, const Snapshot& expected) {
   EXPECT_EQ(actual.layers, StructureOf(expected)->layers);
 }
 
-void ExpectSameObjectsIn(Rng& rng, PastMap& past, const SemanticLayer& expected) {
-  const std::string& name = expected.spec().name;
-  auto all = past.Objects(name);
-  ASSERT_TRUE(all.ok()) << all.status();
-  const std::vector<ObjectPtr> objects = expected.Objects();
-  ASSERT_EQ(all->size(), objects.size());
-  for (size_t i = 0; i < objects.size(); ++i) EXPECT_TRUE(SameObject((*all)[i], objects[i]));
+// Some part of the layer, which may have nothing in it.
+PastMap::Region SomeRegion(Rng& rng, const std::string& name, const Layer& layer) {
+  if (AsGrid(&layer) != nullptr) {
+    const int32_t row = UniformInt(rng, -400, 300);
+    const int32_t col = UniformInt(rng, -400, 300);
+    return {name, Box(), {row, row + UniformInt(rng, 1, 300), col, col + UniformInt(rng, 1, 300)}};
+  }
   const Point corner{Uniform(rng, -12, 10), Uniform(rng, -12, 10)};
   Box box{corner, {corner.x + Uniform(rng, 0, 6), corner.y + Uniform(rng, 0, 6)}};
   // A box that only touches another at its rim shares points with it.
+  const auto objects = dynamic_cast<const SemanticLayer&>(layer).Objects();
   if (!objects.empty() && UniformInt(rng, 0, 2) == 0) {
     const Box& other =
         objects[UniformInt(rng, 0, static_cast<int>(objects.size()) - 1)]->shape.bounds();
     box = {other.max, {other.max.x + 1, other.max.y + 1}};
   }
-  auto found = past.Objects(name, box);
+  return {name, box, CellBox()};
+}
+
+void ExpectSameObjectsIn(PastMap& past, const SemanticLayer& expected, const Box& box) {
+  auto found = past.Objects(expected.spec().name, box);
   ASSERT_TRUE(found.ok()) << found.status();
   auto next = found->begin();
-  for (const ObjectPtr& object : objects) {
+  for (const ObjectPtr& object : expected.Objects()) {
     const bool is_found = next != found->end() && (*next)->id == object->id;
     if (is_found) {
       EXPECT_TRUE(SameObject(*next++, object));
@@ -52,34 +58,52 @@ void ExpectSameObjectsIn(Rng& rng, PastMap& past, const SemanticLayer& expected)
   EXPECT_EQ(next, found->end()) << "objects that were not there";
 }
 
-void ExpectSameTilesIn(Rng& rng, PastMap& past, const GridLayer& expected) {
-  const int32_t row = UniformInt(rng, -400, 300);
-  const int32_t col = UniformInt(rng, -400, 300);
-  const CellBox some{row, row + UniformInt(rng, 1, 300), col, col + UniformInt(rng, 1, 300)};
-  for (const CellBox& cells : {some, kAllCells}) {
-    auto tiles = past.Tiles(expected.spec().name, cells);
-    ASSERT_TRUE(tiles.ok()) << tiles.status();
-    size_t count = 0;
-    for (const auto& [index, tile] : expected.tiles()) {
-      if (CellsOf(index).Intersection(cells).empty()) continue;
-      ++count;
-      const auto found = tiles->find(index);
-      ASSERT_NE(found, tiles->end()) << "tile " << index.row << ", " << index.col;
-      EXPECT_TRUE(SameTile(found->second, tile)) << "tile " << index.row << ", " << index.col;
-    }
-    EXPECT_EQ(tiles->size(), count);
+void ExpectSameObjects(PastMap& past, const SemanticLayer& expected) {
+  auto all = past.Objects(expected.spec().name);
+  ASSERT_TRUE(all.ok()) << all.status();
+  const std::vector<ObjectPtr> objects = expected.Objects();
+  ASSERT_EQ(all->size(), objects.size());
+  for (size_t i = 0; i < objects.size(); ++i) EXPECT_TRUE(SameObject((*all)[i], objects[i]));
+}
+
+void ExpectSameTilesIn(PastMap& past, const GridLayer& expected, const CellBox& cells) {
+  auto tiles = past.Tiles(expected.spec().name, cells);
+  ASSERT_TRUE(tiles.ok()) << tiles.status();
+  size_t count = 0;
+  for (const auto& [index, tile] : expected.tiles()) {
+    if (CellsOf(index).Intersection(cells).empty()) continue;
+    ++count;
+    const auto found = tiles->find(index);
+    ASSERT_NE(found, tiles->end()) << "tile " << index.row << ", " << index.col;
+    EXPECT_TRUE(SameTile(found->second, tile)) << "tile " << index.row << ", " << index.col;
   }
+  EXPECT_EQ(tiles->size(), count);
 }
 
 }  // namespace
 
 void ExpectContentAsRecorded(Rng& rng, PastMap& past, const Snapshot& expected) {
+  std::vector<PastMap::Region> regions;
   for (const auto& [name, layer] : expected.layers) {
-    SCOPED_TRACE(name);
+    regions.push_back(SomeRegion(rng, name, *layer));
+  }
+  // Whether, and in which order, expected regions are read makes no difference.
+  if (UniformInt(rng, 0, 2) > 0) {
+    const absl::Status status = past.Expect(regions);
+    EXPECT_TRUE(status.ok()) << status;
+  }
+  if (UniformInt(rng, 0, 2) == 0) std::shuffle(regions.begin(), regions.end(), rng);
+  for (const PastMap::Region& region : regions) {
+    SCOPED_TRACE(region.layer);
+    const LayerPtr& layer = expected.layers.at(region.layer);
+    const bool reads_all = UniformInt(rng, 0, 1) == 0;
     if (const auto* grid = AsGrid(layer.get())) {
-      ExpectSameTilesIn(rng, past, *grid);
+      ExpectSameTilesIn(past, *grid, region.cells);
+      if (reads_all) ExpectSameTilesIn(past, *grid, kAllCells);
     } else {
-      ExpectSameObjectsIn(rng, past, dynamic_cast<const SemanticLayer&>(*layer));
+      const auto& semantic = dynamic_cast<const SemanticLayer&>(*layer);
+      ExpectSameObjectsIn(past, semantic, region.box);
+      if (reads_all) ExpectSameObjects(past, semantic);
     }
   }
 }
