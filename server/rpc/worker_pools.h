@@ -22,7 +22,8 @@ struct WorkerPools {
         openings("hm-openings", 2),
         files("hm-files", 2, kLongNiceness),
         uploads("hm-uploads", 2, kLongNiceness),
-        explorations("hm-explorations", 4, kLongNiceness) {}
+        explorations("hm-explorations", 4, kLongNiceness),
+        estimates("hm-estimates", 2, kLongNiceness) {}
 
   // Questions until they prove long, and small requests.
   WorkerPool questions;
@@ -44,6 +45,8 @@ struct WorkerPools {
   WorkerPool uploads;
   // Explorations, whose calls wait for commits and for each other.
   WorkerPool explorations;
+  // Estimates of transforms, each of which takes seconds in one piece.
+  WorkerPool estimates;
 };
 
 }  // namespace hypermap::server

@@ -129,7 +129,7 @@ absl::StatusOr<int64_t> Answer(const Facilities& facilities, EstimateCall& call,
 void AnswerAfterWaits(const Facilities& facilities, const std::shared_ptr<EstimateCall>& call,
                       const absl::Status& waited, const Reached& reached) {
   AnswerOn(
-      &facilities.workers->long_questions, call,
+      &facilities.workers->estimates, call,
       [&facilities, call, waited, reached]() -> absl::StatusOr<int64_t> {
         HYPERMAP_RETURN_IF_ERROR(waited);
         return Answer(facilities, *call, reached);

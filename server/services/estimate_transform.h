@@ -10,7 +10,7 @@
 
 namespace hypermap::server {
 
-// Waits for the revisions that the request asks for, then computes on a worker for long questions.
+// Waits for the revisions that the request asks for, then computes on a worker for estimates.
 // Calls with the same target are answered one at a time, because each takes a thread for seconds.
 // `facilities` must outlive the call.
 grpc::ServerUnaryReactor* EstimateTransform(const Facilities& facilities,

@@ -124,7 +124,7 @@ absl::StatusOr<SnapshotPtr> ReadPastLayer(storage::PastMap& past, const std::str
   const MapStructure& structure = *past.structure();
   HYPERMAP_ASSIGN_OR_RETURN(const LayerStructure* const found, structure.GetLayer(layer));
   auto view = std::make_shared<Snapshot>(structure.EmptySnapshot());
-  HYPERMAP_ASSIGN_OR_RETURN(view->layers[layer], ReadLayer(past, *found, /*box=*/nullptr));
+  HYPERMAP_ASSIGN_OR_RETURN(view->layers[layer], ReadLayer(past, *found, /*region=*/nullptr));
   return view;
 }
 

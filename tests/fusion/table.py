@@ -9,6 +9,7 @@ The last line is a JSON object with the means over the scenes that nobody tuned 
 """
 
 import argparse
+import concurrent.futures
 import json
 import pathlib
 import statistics
@@ -35,9 +36,12 @@ class Drive:
         with tempfile.TemporaryDirectory(prefix="hypermap-") as data_dir:
             with Server(data_dir, program=programs / "hypermapd") as server:
                 at = ["--server", server.address]
-                run(programs / "hypermap-ingest", "replay", *at, self.folder, "--map=drive",
-                    f"--detections={arguments.detections}", f"--poses={arguments.poses}",
-                    *(["--parameters", arguments.parameters] if arguments.parameters else []))
+                replay = [programs / "hypermap-ingest", "replay", *at, self.folder, "--map=drive",
+                          f"--detections={arguments.detections}", f"--poses={arguments.poses}",
+                          *(["--parameters", arguments.parameters] if arguments.parameters else [])]
+                with concurrent.futures.ThreadPoolExecutor() as robots:
+                    list(robots.map(lambda robot: run(*replay, f"--robot=robot_{robot}"),
+                                    range(arguments.robots)))
                 report = json.loads(run(programs / "hypermap", *at, "--json", "eval", "drive",
                                         "--layer=semantic", "--truth", self.folder / "gt.geojson"))
         report["calibration_error"] = report["calibration"]["expected_error"]
@@ -84,6 +88,8 @@ def main():
     parser.add_argument("--peer", type=pathlib.Path, help="folder with the programs of another build")
     parser.add_argument("--detections", default="detections_noisy.json")
     parser.add_argument("--poses", default="estimated.txt")
+    parser.add_argument("--robots", type=int, default=1,
+                        help="how many robots send each drive at once, each with the same errors")
     parser.add_argument("--parameters", help="of the fusion strategy, as JSON")
     arguments = parser.parse_args()
     drives = [Drive(folder, folder.name, True) for folder in arguments.drives]
