@@ -53,6 +53,29 @@ SoftExtreme DecodeExtreme(const json& encoded) {
   return {encoded.at(0).get<double>(), encoded.at(1).get<double>()};
 }
 
+json EncodeView(const View& view) {
+  return {{"robot", view.robot},
+          {"stamp_ns", absl::ToUnixNanos(view.stamp)},
+          {"position", {view.position.x(), view.position.y(), view.position.z()}},
+          {"axis", {view.axis.x(), view.axis.y(), view.axis.z()}}};
+}
+
+Eigen::Vector3d DecodeVector(const json& encoded) {
+  return {encoded.at(0).get<double>(), encoded.at(1).get<double>(), encoded.at(2).get<double>()};
+}
+
+// States of earlier versions have no views.
+RecentViews DecodeViews(const json& content) {
+  std::vector<View> views;
+  for (const json& encoded : content.value("views", json::array())) {
+    if (views.size() == RecentViews::kMost) throw std::runtime_error("too many views");
+    views.push_back({encoded.at("robot").get<std::string>(),
+                     absl::FromUnixNanos(encoded.at("stamp_ns").get<int64_t>()),
+                     DecodeVector(encoded.at("position")), DecodeVector(encoded.at("axis"))});
+  }
+  return RecentViews(std::move(views));
+}
+
 json EncodeTrack(const Track& track) {
   json encoded = {{"key", track.key},
                   {"log_odds", track.log_odds},
@@ -105,8 +128,12 @@ Track DecodeTrack(const json& encoded) {
 std::string EncodeEvidence(const EvidenceState& state) {
   json tracks = json::array();
   for (const TrackPtr& track : state.tracks) tracks.push_back(EncodeTrack(*track));
+  json views = json::array();
+  for (const View& view : state.views.views()) views.push_back(EncodeView(view));
   return EncodeState("evidence", kVersion,
-                     {{"tracks", std::move(tracks)}, {"scores", state.ranks.counts()}});
+                     {{"tracks", std::move(tracks)},
+                      {"scores", state.ranks.counts()},
+                      {"views", std::move(views)}});
 }
 
 absl::StatusOr<std::shared_ptr<const EvidenceState>> DecodeEvidence(
@@ -114,6 +141,7 @@ absl::StatusOr<std::shared_ptr<const EvidenceState>> DecodeEvidence(
   auto state = std::make_shared<EvidenceState>();
   const auto status = DecodeState("evidence", kVersion, bytes, [&](const json& content) {
     state->ranks = ScoreRanks(content.at("scores").get<ScoreRanks::Counts>());
+    state->views = DecodeViews(content);
     for (const json& encoded : content.at("tracks")) {
       auto track = std::make_shared<Track>(DecodeTrack(encoded));
       track->Refresh(parameters);

@@ -10,6 +10,7 @@
 #include "map/fusion/evidence_hit.h"
 #include "map/fusion/evidence_merge.h"
 #include "map/fusion/evidence_miss.h"
+#include "map/fusion/repeated_view.h"
 
 namespace hypermap::fusion {
 namespace {
@@ -85,6 +86,8 @@ std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
                                                   const Observation& observation,
                                                   const EvidenceParameters& parameters,
                                                   FoldReport* report) {
+  const View view = ViewOf(observation);
+  if (before.views.Repeats(view)) return std::make_shared<EvidenceState>(before);
   std::vector<FrameDetection> detections = CollectDetections(observation);
   std::vector<FrameTrack> tracks = CopyTracksInView(before, observation);
   const AlignedFrame frame = AlignFrame(observation, detections, tracks, parameters);
@@ -96,6 +99,7 @@ std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
   CountApart(detections, parameters, &tracks);
   const auto merged = MergeTracks(detections, buffer_m, parameters, &tracks);
   const std::shared_ptr<EvidenceState> after = WithTracks(before, tracks, parameters);
+  after->views.Add(view);
   // Only now, so that all detections of the frame were ranked against the same scores.
   for (const FrameDetection& detection : detections) after->ranks.Add(detection.score);
   if (report) {

@@ -10,7 +10,8 @@
 namespace hypermap::fusion {
 
 // Returns the state after `observation`, which shares the tracks that the observation did not
-// affect with `before`. `report` may be null. The steps are in the files evidence_align,
+// affect with `before`. An observation that repeats another robot's view changes nothing. `report`
+// may be null. The steps are in the files evidence_align,
 // evidence_associate, evidence_hit, evidence_miss and evidence_merge.
 std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
                                                   const Observation& observation,

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "map/fusion/repeated_view.h"
 #include "map/fusion/score_ranks.h"
 #include "map/fusion/strategy.h"
 #include "map/fusion/track.h"
@@ -15,6 +16,7 @@ class EvidenceState : public State {
   // In the order in which they were founded.
   std::vector<TrackPtr> tracks;
   ScoreRanks ranks;
+  RecentViews views;
 };
 
 }  // namespace hypermap::fusion

@@ -46,14 +46,16 @@ class EvidenceStrategy : public Strategy {
       }
     }
     const auto& tracks = static_cast<const EvidenceState&>(*state).tracks;
-    auto bytes = static_cast<int64_t>(sizeof(EvidenceState) + tracks.size() * sizeof(TrackPtr));
+    const auto& views = static_cast<const EvidenceState&>(*state).views.views();
+    auto bytes = static_cast<int64_t>(sizeof(EvidenceState) + tracks.size() * sizeof(TrackPtr) +
+                                      views.size() * sizeof(View));
     for (const TrackPtr& track : tracks) {
       if (!shared.contains(track.get())) bytes += fusion::ByteSize(*track);
     }
     return bytes;
   }
   int64_t MostGrowth(const Observation& observation) const override {
-    int64_t bytes = 0;
+    int64_t bytes = sizeof(View);
     for (const Detection& detection : observation.detections) {
       bytes += fusion::MostGrowth(detection, parameters_);
     }

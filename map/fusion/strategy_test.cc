@@ -432,6 +432,24 @@ TEST(EvidenceTest, TheMeanOfVisitsWithOppositePoseErrorIsWhereTheThingIs) {
   EXPECT_NEAR(Centroid(objects.front().object->shape).x, truth.x, 0.03);
 }
 
+TEST(EvidenceTest, AFrameUnderSeveralNamesCountsOnce) {
+  const auto strategy = Make("evidence");
+  StatePtr one = strategy->Initial();
+  StatePtr several = strategy->Initial();
+  for (int i = 0; i < 10; ++i) {
+    const SceneCamera camera{.y = 0.05 * i};
+    const SceneDetector detector{.score = 0.5 + 0.04 * i};
+    one = strategy->Fold(one, Observe({Chair(), Table()}, camera, i, detector), nullptr);
+    for (const char* robot : {"r", "s", "t", "u"}) {
+      const Observation look = Observe({Chair(), Table()}, camera, i, detector, robot);
+      auto decoded = strategy->Decode(strategy->Encode(several));
+      ASSERT_TRUE(decoded.ok()) << decoded.status();
+      several = strategy->Fold(*decoded, look, nullptr);
+    }
+    EXPECT_EQ(strategy->Encode(several), strategy->Encode(one)) << "after look " << i;
+  }
+}
+
 TEST(EvidenceTest, EvidenceGoesByTheRankOfAScoreNotByItsScale) {
   // The same stream from a detector whose scores are all in the lower half.
   const SceneBox ghost{"couch", Box{{3.2, 0.6}, {3.8, 1.2}}, {0.0, 0.7}};
