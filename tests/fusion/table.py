@@ -22,7 +22,8 @@ from processes import BIN, ROOT, Server
 TUNING = (1, 2)
 SEEDS = range(1, 9)
 COLUMNS = {"F1": "f1", "PQ": "pq", "IoU": "mean_iou", "centroid": "centroid_error_m",
-           "dup": "duplicates", "recall": "recall", "precision": "precision"}
+           "dup": "duplicates", "recall": "recall", "precision": "precision",
+           "shown": "recall_of_shown"}  # of objects that three right detections show
 
 
 class Drive:
@@ -42,8 +43,14 @@ class Drive:
                 with concurrent.futures.ThreadPoolExecutor() as robots:
                     list(robots.map(lambda robot: run(*replay, f"--robot=robot_{robot}"),
                                     range(arguments.robots)))
-                report = json.loads(run(programs / "hypermap", *at, "--json", "eval", "drive",
-                                        "--layer=semantic", "--truth", self.folder / "gt.geojson"))
+                evaluate = [programs / "hypermap", *at, "--json", "eval", "drive",
+                            "--layer=semantic", "--truth"]
+                report = json.loads(run(*evaluate, self.folder / "gt.geojson"))
+                counted = pathlib.Path(data_dir) / "counted.geojson"
+                run(BIN.parent / "tests" / "count_detections", self.folder, counted,
+                    f"--detections={arguments.detections}")
+                of_shown = json.loads(run(*evaluate, counted, "--min-visible-frames=3"))
+                report["recall_of_shown"] = of_shown["recall"]
         report["calibration_error"] = report["calibration"]["expected_error"]
         return report
 
