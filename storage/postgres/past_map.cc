@@ -31,12 +31,7 @@ bool IsEmpty(const PastMap::Region& region) {
 
 }  // namespace
 
-void AskForStructure(Pipeline& pipeline, int64_t map, Revision revision) {
-  AskForFramesAt(pipeline, map, revision);
-  AskForLayersAt(pipeline, map, revision);
-}
-
-absl::StatusOr<PastStructurePtr> ReadStructure(Rows frames, Rows layers, MapStructure head) {
+absl::StatusOr<PastStructurePtr> ReadStructure(Rows layers, Rows frames, MapStructure head) {
   auto structure = std::make_shared<PastStructure>();
   HYPERMAP_ASSIGN_OR_RETURN(head.frames, FramesOf(std::move(frames)));
   HYPERMAP_ASSIGN_OR_RETURN(const std::vector<LayerAt> read, LayersOf(std::move(layers)));

@@ -26,10 +26,9 @@ struct PastStructure {
 };
 using PastStructurePtr = std::shared_ptr<const PastStructure>;
 
-// Two statements, whose rows ReadStructure takes.
-void AskForStructure(Pipeline& pipeline, int64_t map, Revision revision);
-// `head` has the name of the map, its frame and the revision.
-absl::StatusOr<PastStructurePtr> ReadStructure(Rows frames, Rows layers, MapStructure head);
+// `layers` and `frames` are the rows of AskForLayersAt and AskForFramesAt; no rows if there are no
+// frames. `head` has the name of the map, its frame and the revision.
+absl::StatusOr<PastStructurePtr> ReadStructure(Rows layers, Rows frames, MapStructure head);
 
 // Borrows the readers. Everything is read within `transaction`, which is one of the connection.
 class PostgresPastMap : public PastMap {

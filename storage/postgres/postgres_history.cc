@@ -163,15 +163,25 @@ absl::StatusOr<Revision> PostgresHistory::RevisionAt(absl::Time time) {
   return found;
 }
 
+void PostgresHistory::AskForStructureAt(Pipeline& pipeline, Revision revision) const {
+  AskForLayersAt(pipeline, map_, revision);
+  if (revision > frameless_until_) AskForFramesAt(pipeline, map_, revision);
+}
+
 absl::StatusOr<PastStructurePtr> PostgresHistory::ReadStructureAt(Revision revision,
                                                                   Opened* opened) {
+  std::deque<Rows>& answers = opened->answers;
   MapStructure head;
   head.map_name = map_name_;
   head.frame_id = opened->frame_id;
   head.revision = revision;
-  absl::StatusOr<PastStructurePtr> structure = ReadStructure(
-      std::move(opened->answers.at(0)), std::move(opened->answers.at(1)), std::move(head));
+  absl::StatusOr<PastStructurePtr> structure =
+      ReadStructure(std::move(answers.at(0)), answers.size() > 1 ? std::move(answers[1]) : Rows(),
+                    std::move(head));
   if (structure.ok()) {
+    if ((*structure)->map->frames.transforms().empty()) {
+      frameless_until_ = std::max(frameless_until_, revision);
+    }
     structures_.Insert(revision, *structure,
                        1024 + UnsharedBytes(*(*structure)->map, MapStructure()));
   }
@@ -181,7 +191,7 @@ absl::StatusOr<PastStructurePtr> PostgresHistory::ReadStructureAt(Revision revis
 absl::StatusOr<std::unique_ptr<PastMap>> PostgresHistory::At(Revision revision) {
   const PastStructurePtr known = structures_.Find(revision);
   HYPERMAP_ASSIGN_OR_RETURN(Opened opened, Begin([&](Pipeline& pipeline) {
-                              if (known == nullptr) AskForStructure(pipeline, map_, revision);
+                              if (known == nullptr) AskForStructureAt(pipeline, revision);
                             }));
   HYPERMAP_RETURN_IF_ERROR(CheckKept(opened.kept, revision));
   absl::StatusOr<PastStructurePtr> structure =

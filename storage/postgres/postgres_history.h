@@ -69,7 +69,8 @@ class PostgresHistory : public HistoryReader {
 
   // OUT_OF_RANGE when the revision is not kept.
   absl::Status CheckKept(const KeptRevisions& kept, Revision revision) const;
-  // Takes the answers to AskForStructure.
+  // Takes the answers to AskForStructureAt.
+  void AskForStructureAt(Pipeline& pipeline, Revision revision) const;
   absl::StatusOr<PastStructurePtr> ReadStructureAt(Revision revision, Opened* opened);
   // The error of a map that has no row.
   absl::Status Deleted() const;
@@ -83,6 +84,8 @@ class PostgresHistory : public HistoryReader {
   ObjectVersions objects_;
   TileVersions tiles_;
   GenerationCache<Revision, PastStructurePtr> structures_;
+  // Up to this revision the map is known to have no frames but its own.
+  Revision frameless_until_ = -1;
 };
 
 }  // namespace hypermap::storage::postgres

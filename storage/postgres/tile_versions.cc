@@ -40,6 +40,22 @@ SELECT tile_row, tile_col, first_revision, end_revision, bytes,
     ) AS found
 )sql";
 
+// The same for the places of row $3 and column $4, and so on, at the revision $5, with up to $6
+// bytes of images.
+constexpr char kTilesAt[] = R"sql(
+SELECT p.tile_row, p.tile_col, t.first_revision, t.end_revision, t.bytes,
+    CASE WHEN sum(t.bytes) OVER (ORDER BY p.tile_row, p.tile_col) <= $6 THEN t.image END
+  FROM unnest($3::int8[], $4::int8[]) AS p(tile_row, tile_col)
+  CROSS JOIN LATERAL (
+    SELECT first_revision, end_revision, octet_length(image) AS bytes, image FROM hypermap.tiles
+      WHERE map = $1 AND lineage = $2 AND tile_row = p.tile_row AND tile_col = p.tile_col
+        AND end_revision > $5
+      ORDER BY end_revision LIMIT 1) AS t
+  WHERE t.first_revision <= $5
+)sql";
+// More places than these are found by kTilesInBox, which looks only at those that have tiles.
+constexpr int64_t kFewPlaces = 64;
+
 // The lateral query, with its limit, is run for each version: the planner can't choose to read the
 // whole table instead.
 constexpr char kFetchTiles[] = R"sql(
@@ -73,6 +89,19 @@ void TileVersions::AskInBox(Pipeline& pipeline, int64_t lineage, const CellBox& 
   const CellBox box = cells.Intersection(kAllCells);
   const TileIndex low = TileOf({box.row_begin, box.col_begin});
   const TileIndex high = TileOf({box.row_end - 1, box.col_end - 1});
+  const int64_t places = (int64_t{high.row} - low.row + 1) * (int64_t{high.col} - low.col + 1);
+  if (places <= kFewPlaces) {
+    std::vector<int64_t> tile_rows, tile_cols;
+    for (int64_t row = low.row; row <= high.row; ++row) {
+      for (int64_t col = low.col; col <= high.col; ++col) {
+        tile_rows.push_back(row);
+        tile_cols.push_back(col);
+      }
+    }
+    pipeline.Ask(kTilesAt, map_, lineage, absl::MakeConstSpan(tile_rows),
+                 absl::MakeConstSpan(tile_cols), revision, kBytesAtOnce);
+    return;
+  }
   pipeline.Ask(kTilesInBox, map_, lineage, int64_t{low.row}, int64_t{high.row}, int64_t{low.col},
                int64_t{high.col}, revision, kBytesAtOnce);
 }

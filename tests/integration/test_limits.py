@@ -14,7 +14,8 @@ from processes import BIN, DEADLINE_S, IS_SANITIZED, ROOT, SiteTest
 # `| Rpc | holds at most | bounded by | processor time grows with; workers |`
 ROW = re.compile(r"^\| ([A-Z]\w+) \|([^|\n]*)\|([^|\n]*)\|([^|\n]*)\|$", re.MULTILINE)
 # Words for the classes of workers (server/rpc/worker_pools.h).
-WORKERS = ("questions", "watches", "writes", "openings", "files", "uploads", "explorations")
+WORKERS = ("questions", "watches", "writes", "openings", "files", "uploads", "explorations",
+           "estimates")
 # The rpcs of FrameService, which hypermap-ingest serves.
 OF_INGEST = {"StreamFrames"}
 INGEST = BIN / "hypermap-ingest"

@@ -13,7 +13,7 @@ from test_all_at_once import threads_of
 THREAD_NAMES = {
     "hm-listener", "hm-handover", "hm-timers", "hm-writer", "hm-questions", "hm-long-q",
     "hm-answers", "hm-watches", "hm-writes", "hm-long-writes", "hm-openings", "hm-files",
-    "hm-uploads", "hm-explorations"}
+    "hm-uploads", "hm-explorations", "hm-estimates"}
 
 
 class StartAndStop(SiteTest):
