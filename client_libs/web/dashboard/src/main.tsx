@@ -2,6 +2,7 @@
 import './app/theme.css';
 import { render } from 'preact';
 import { App } from './app/app';
+import { startAlign } from './state/align';
 import { startCaller } from './state/caller';
 import { startEdits } from './state/edits';
 import { start } from './state/live';
@@ -18,6 +19,7 @@ start();
 startCaller();
 startEdits();
 startQuestions();
+startAlign();
 startRobots();
 
 const root = document.getElementById('app');

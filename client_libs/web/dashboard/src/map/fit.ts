@@ -5,6 +5,7 @@ import type { GridStore } from '../state/grid_store';
 import type { MapContent } from '../state/map_content';
 import type { ObjectStore } from '../state/object_store';
 import { loading, live } from '../state/live';
+import { transform } from '../state/rigid';
 import { boxOf } from '../state/shapes';
 import { layers } from '../state/site';
 import { view } from '../state/url';
@@ -46,9 +47,7 @@ function extendByGrid(box: Extent, store: GridStore): void {
   const { x = 0, y = 0, yaw = 0 } = origin ?? {};
   for (const col of [known.u0, known.u1]) {
     for (const row of [known.v0, known.v1]) {
-      const [u, v] = [col * resolutionM, row * resolutionM];
-      const px = x + Math.cos(yaw) * u - Math.sin(yaw) * v;
-      const py = y + Math.sin(yaw) * u + Math.cos(yaw) * v;
+      const [px, py] = transform({ x, y, yaw }, [col * resolutionM, row * resolutionM]);
       extend(box, [px, py, px, py]);
     }
   }

@@ -14,13 +14,19 @@ import { highlight, selected } from '../state/selection';
 import { dark } from '../state/theme';
 import { shown } from '../state/time';
 import { geometryOf, type Geometry } from './geometry';
-import { showCells } from './highlight_cells';
+import { showCells, type MarkColour } from './highlight_cells';
 import type { Look } from './look';
 import { scale } from './scale';
 import { POINT_RADIUS } from './shape_paint';
 
 /** The z-index above all content. */
 const ABOVE_CONTENT = 1000;
+
+const FOUND_CELLS: MarkColour = {
+  light: [217, 72, 15],
+  dark: [255, 210, 74],
+  alpha: { light: 0.45, dark: 0.55 },
+};
 
 type Mark = 'found' | 'area' | 'point' | 'selected';
 
@@ -92,7 +98,11 @@ export function showHighlight(map: OlMap): () => void {
   const source = new VectorSource();
   const layer = new VectorImageLayer({ source, zIndex: ABOVE_CONTENT + 1, imageRatio: 1.5 });
   map.addLayer(layer);
-  const stopCells = showCells(map, ABOVE_CONTENT);
+  const stopCells = showCells(map, {
+    cells: () => highlight.value.cells,
+    colour: FOUND_CELLS,
+    zIndex: ABOVE_CONTENT,
+  });
   const stopStyle = effect(() => {
     const byMark = styles({ dark: dark.value, scale: scale.value });
     layer.setStyle((feature) => byMark[feature.get('kind') as Mark]);

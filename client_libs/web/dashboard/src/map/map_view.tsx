@@ -7,6 +7,7 @@ import View from 'ol/View';
 import 'ol/ol.css';
 import { wantedView } from '../state/selection';
 import { view as shownView } from '../state/url';
+import { showAlignment } from './align_layer';
 import { showContent } from './content_layers';
 import { showExploration } from './exploration_layer';
 import { fitTo, fitWhenThere, noteView } from './fit';
@@ -89,6 +90,7 @@ export function MapView() {
       keepInSight(map),
       showContent(map),
       showExploration(map),
+      showAlignment(map),
       showRobots(map),
       showHighlight(map),
       showHover(map),

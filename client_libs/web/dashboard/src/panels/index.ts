@@ -1,5 +1,6 @@
 import { computed } from '@preact/signals';
 import { may } from '../state/caller';
+import { alignPanel } from './align_panel';
 import { changesPanel } from './changes_panel';
 import { editPanel } from './edit_panel';
 import { explorationPanel } from './exploration_panel';
@@ -17,6 +18,7 @@ const ALL: readonly Panel[] = [
   editPanel,
   changesPanel,
   explorationPanel,
+  alignPanel,
   exportPanel,
   timePanel,
 ];

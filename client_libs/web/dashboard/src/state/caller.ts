@@ -7,7 +7,8 @@ import { client, status } from './connection';
 export const caller = signal<GetCallerResponse>();
 
 /** The rpcs that some callers may not call and the page would. */
-export type RestrictedRpc = 'CatalogService/BackupMap' | 'EditService/ApplyEdits';
+export type RestrictedRpc =
+  'CatalogService/BackupMap' | 'CatalogService/SetTransform' | 'EditService/ApplyEdits';
 
 /**
  * Whether the caller may call an rpc for the maps that are listed, or needs none. True until the

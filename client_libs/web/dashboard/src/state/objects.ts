@@ -7,7 +7,7 @@ import { KINDS_OF_SHAPE, type KindOfShape } from './shapes';
 import { layerNamed, layers } from './site';
 
 /** The server reads this layer as its list of explorations, so users do not draw on it. */
-const OF_THE_SERVER = 'explorations';
+export const OF_THE_SERVER = 'explorations';
 
 /** The layers that users may draw on; the layer with the most objects comes first. */
 export const drawableLayers = computed(() =>

@@ -58,7 +58,8 @@ async function commitOf(map: string, revision: bigint, signal: AbortSignal): Pro
 
 // Half the side of a box that is larger than any site, metres.
 const FAR = 1e6;
-const EVERYWHERE = { outer: { xs: [-FAR, FAR, FAR, -FAR], ys: [-FAR, -FAR, FAR, FAR] } };
+/** An area around any site. */
+export const EVERYWHERE = { outer: { xs: [-FAR, FAR, FAR, -FAR], ys: [-FAR, -FAR, FAR, FAR] } };
 
 /** A revision as the field `asOf` of a question. */
 export function atRevision(value: bigint) {

@@ -61,6 +61,11 @@ export function metres(length: number): string {
   return `${length.toFixed(2)} m`;
 }
 
+/** Formats an angle that is given in radians. */
+export function degrees(angle: number): string {
+  return `${((angle * 180) / Math.PI).toFixed(2)}°`;
+}
+
 const SHAPE_WORDS: Record<KindOfShape, string> = {
   polygon: 'polygon',
   lineString: 'line',

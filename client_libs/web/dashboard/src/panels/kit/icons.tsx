@@ -57,6 +57,12 @@ export const ExploreIcon = () => (
   </Icon>
 );
 
+export const AlignIcon = () => (
+  <Icon>
+    <path d="M3 3h9v9H3zM10.5 5.5l7 4-4 7-7-4" />
+  </Icon>
+);
+
 export const ExportIcon = () => (
   <Icon>
     <path d="M10 3v10m-4-4 4 4 4-4M3 16.5h14" />
