@@ -1,13 +1,18 @@
 import { computed, effect } from '@preact/signals';
 import Feature from 'ol/Feature';
+import type Geometry from 'ol/geom/Geometry';
+import LineString from 'ol/geom/LineString';
+import Point from 'ol/geom/Point';
 import VectorImageLayer from 'ol/layer/VectorImage';
 import type OlMap from 'ol/Map';
 import VectorSource from 'ol/source/Vector';
-import { aligning, placement, sourceMap } from '../state/align';
+import { aligning, estimate, placement, resultOf, sourceMap } from '../state/align';
+import type { Position } from '../state/model';
 import { overlay } from '../state/overlay';
-import { transformGrid } from '../state/rigid';
+import { begunPair, pairs, type PlacePair } from '../state/place_pairs';
+import { transform, transformGrid } from '../state/rigid';
 import { dark } from '../state/theme';
-import { alignStyle, OVERLAY_COLOUR } from './align_style';
+import { alignStyle, OVERLAY_COLOUR, type AlignMark } from './align_style';
 import { geometryOf } from './geometry';
 import { showCells } from './highlight_cells';
 import { scale } from './scale';
@@ -20,6 +25,10 @@ const drawn = computed(() => {
   const content = overlay.answer.value;
   return aligning.value && content && content.map === sourceMap.value ? content : undefined;
 });
+
+function feature(mark: AlignMark, geometry: Geometry, name = ''): Feature {
+  return new Feature({ geometry, mark, name });
+}
 
 function placedCells() {
   const pose = placement.value;
@@ -36,26 +45,55 @@ function placedObjects(): Feature[] {
     if (!geometry) return [];
     geometry.rotate(yaw, [0, 0]);
     geometry.translate(x, y);
-    return [new Feature({ geometry, mark: 'object' })];
+    return [feature('object', geometry)];
   });
 }
 
-/** Shows the other map over the shown one, at the estimated transform, while the panel is open. */
+function sourceMark(place: Position): Feature {
+  return feature('source', new Point(transform(placement.value, place)));
+}
+
+function pairMarks(pair: PlacePair, index: number): Feature[] {
+  const answer = estimate.answer.value;
+  const disagrees = answer && resultOf(answer, pair)?.agrees === false;
+  const ends = [transform(placement.value, pair.source), pair.target];
+  return [
+    feature(disagrees ? 'disagreement' : 'way', new LineString(ends)),
+    sourceMark(pair.source),
+    feature('target', new Point(pair.target), `${index + 1}`),
+  ];
+}
+
+function placedPairs(): Feature[] {
+  if (!drawn.value) return [];
+  const begun = begunPair.value;
+  return [...pairs.value.flatMap(pairMarks), ...(begun ? [sourceMark(begun)] : [])];
+}
+
+function fill(source: VectorSource, features: Feature[]): void {
+  source.clear(true);
+  source.addFeatures(features);
+}
+
+/** Shows the other map over the shown one, at the estimated transform, and the pairs of places, while the panel is open. */
 export function showAlignment(map: OlMap): () => void {
-  const source = new VectorSource();
-  const layer = new VectorImageLayer({ source, zIndex: ABOVE_EXPLORATION, imageRatio: 1.5 });
-  map.addLayer(layer);
+  const [objects, marks] = [new VectorSource(), new VectorSource()];
+  const layers = [
+    new VectorImageLayer({ source: objects, zIndex: ABOVE_EXPLORATION, imageRatio: 1.5 }),
+    new VectorImageLayer({ source: marks, zIndex: ABOVE_EXPLORATION + 1, imageRatio: 1.5 }),
+  ];
+  for (const layer of layers) map.addLayer(layer);
   const stops = [
     showCells(map, { cells: placedCells, colour: OVERLAY_COLOUR, zIndex: ABOVE_EXPLORATION }),
-    effect(() => layer.setStyle(alignStyle({ dark: dark.value, scale: scale.value }))),
     effect(() => {
-      const features = placedObjects();
-      source.clear(true);
-      source.addFeatures(features);
+      const style = alignStyle({ dark: dark.value, scale: scale.value });
+      for (const layer of layers) layer.setStyle(style);
     }),
+    effect(() => fill(objects, placedObjects())),
+    effect(() => fill(marks, placedPairs())),
   ];
   return () => {
     for (const stop of stops) stop();
-    map.removeLayer(layer);
+    for (const layer of layers) map.removeLayer(layer);
   };
 }

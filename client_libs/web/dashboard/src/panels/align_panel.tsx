@@ -20,6 +20,7 @@ import { mapName } from '../state/site';
 import { asOf, backToLive } from '../state/time';
 import { AlignAnswer } from './align_answer';
 import './align_panel.css';
+import { AlignPairs } from './align_pairs';
 import { AlignIcon } from './kit/icons';
 import type { Panel } from './panel';
 
@@ -112,6 +113,7 @@ function Comparison({ source }: { source: string }) {
         </button>
         {estimate.busy.value && <button onClick={() => estimate.forget()}>Cancel</button>}
       </div>
+      <AlignPairs key={source} source={source} />
       <Problem of={estimate.problem.value} />
       <AlignAnswer />
     </>

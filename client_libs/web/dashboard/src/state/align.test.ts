@@ -85,6 +85,7 @@ const align = await import('./align');
 const { caller } = await import('./caller');
 const { liveIncarnation } = await import('./live');
 const { overlay } = await import('./overlay');
+const places = await import('./place_pairs');
 const { IDENTITY } = await import('./rigid');
 const { layers, mapName, maps } = await import('./site');
 
@@ -249,10 +250,84 @@ test('who may not set transforms can only look', async () => {
   expect(align.applyObstacle.value).toBeUndefined();
 });
 
+/** Clicks two pairs on the overlay as it lies, each belonging at `offset` from there. */
+function clickPairs(offset: readonly [number, number]): void {
+  for (const [x, y] of [
+    [0, 0],
+    [4, 0],
+  ] as const) {
+    places.beginPair([x, y], align.placement.value);
+    places.endPair([x + offset[0], y + offset[1]]);
+  }
+}
+
+test('pairs are clicked on the overlay as it lies, and kept in the frame of the source', async () => {
+  await chooseAttic();
+  align.placement.value = { x: 4, y: 2, yaw: Math.PI / 2 };
+  places.beginPair([4, 3], align.placement.value);
+  expect(places.pairs.value).toEqual([]);
+  // An estimate that arrives between the clicks changes nothing.
+  align.placement.value = IDENTITY;
+  places.endPair([7, 8]);
+  expect(places.begunPair.value).toBeUndefined();
+  const [pair] = places.pairs.value;
+  expect(pair?.source[0]).toBeCloseTo(1, 9);
+  expect(pair?.source[1]).toBeCloseTo(0, 9);
+  expect(pair?.target).toEqual([7, 8]);
+  places.endPair([0, 0]);
+  expect(places.pairs.value).toHaveLength(1);
+});
+
+test('from two pairs on the transform is estimated from them', async () => {
+  await chooseAttic();
+  clickPairs([2, -1]);
+  const [first, second] = places.pairs.value;
+  if (first) places.removePair(first);
+  await align.estimateFromPairs();
+  expect(calls.estimate).not.toHaveBeenCalled();
+  if (second) places.removePair(second);
+
+  clickPairs([2, -1]);
+  const best = { targetFromSource: { x: 2, y: -1, yaw: 0 }, score: 1 };
+  response = { ...CLEAR, best, agreeing: [{ source: 1n, target: 1n, residualM: 0.03 }] };
+  await align.estimateFromPairs();
+  expect(calls.estimate).toHaveBeenCalledWith({
+    source: { scope: { map: 'attic' } },
+    target: { scope: { map: 'office', incarnation: 9n } },
+    pairs: [
+      { name: '1', source: { x: 0, y: 0 }, target: { x: 2, y: -1 } },
+      { name: '2', source: { x: 4, y: 0 }, target: { x: 6, y: -1 } },
+    ],
+  });
+  expect(align.placement.value).toMatchObject({ x: 2, y: -1 });
+});
+
+test('an estimate has a residual for each of its pairs', async () => {
+  await chooseAttic();
+  clickPairs([5, 3]);
+  const best = { targetFromSource: { x: 2, y: -1, yaw: 0 }, score: 1 };
+  response = { ...CLEAR, best, agreeing: [{ source: 1n, target: 1n, residualM: 0.03 }] };
+  await align.estimateFromPairs();
+  const [first, second] = places.pairs.value;
+  places.beginPair([1, 1], IDENTITY);
+  places.endPair([2, 2]);
+  const third = places.pairs.value[2];
+  const answer = align.estimate.answer.value;
+  if (!answer || !first || !second || !third) throw new Error('something is missing');
+  expect(align.resultOf(answer, first)).toEqual({ agrees: false, residualM: 5 });
+  expect(align.resultOf(answer, second)).toEqual({ agrees: true, residualM: 0.03 });
+  expect(align.resultOf(answer, third)).toBeUndefined();
+  // The others keep their results when one is removed.
+  places.removePair(first);
+  expect(align.resultOf(answer, second)?.agrees).toBe(true);
+});
+
 test('everything is forgotten with another source', async () => {
   await chooseAttic();
   await align.estimateFromLayers();
+  clickPairs([1, 1]);
   align.chooseSource(undefined);
+  expect(places.pairs.value).toEqual([]);
   expect(align.estimate.answer.value).toBeUndefined();
   expect(align.placement.value).toEqual(IDENTITY);
   expect(overlay.answer.value).toBeUndefined();

@@ -3,7 +3,9 @@
 import {
   TransformAmbiguity,
   type EstimateTransformInput,
+  type EstimateTransformRequestSchema,
   type EstimateTransformResponse,
+  type MessageInitShape,
 } from '@hypermap/client';
 import { batch, computed, effect, signal, untracked } from '@preact/signals';
 import { asking } from './asking';
@@ -13,7 +15,8 @@ import { liveIncarnation, replacements } from './live';
 import { LayerKind, MapState, type Layer } from './model';
 import { OF_THE_SERVER } from './objects';
 import { loadOverlay, overlay } from './overlay';
-import { IDENTITY, type Pose2 } from './rigid';
+import { forgetPairs, pairs, type PlacePair } from './place_pairs';
+import { IDENTITY, transform, type Pose2 } from './rigid';
 import { layers, mapName, maps } from './site';
 
 /** The kinds of layers that the server compares, the better ones first. */
@@ -78,6 +81,8 @@ export interface Estimate {
   target: EstimateTransformInput;
   best: Pose2;
   score: number;
+  /** The pairs that it was made from. Empty for an estimate from layers. */
+  pairs: readonly PlacePair[];
   response: EstimateTransformResponse;
 }
 
@@ -109,6 +114,7 @@ export function chooseSource(map: string | undefined): void {
   batch(() => {
     forgetEstimate();
     overlay.forget();
+    forgetPairs();
     placement.value = IDENTITY;
     wantedSource.value = map;
     wantedSourceLayer.value = wantedTargetLayer.value = undefined;
@@ -123,11 +129,29 @@ export function chooseTargetLayer(name: string): void {
   wantedTargetLayer.value = name;
 }
 
-function estimateOf(response: EstimateTransformResponse): Estimate {
+function estimateOf(response: EstimateTransformResponse, from: readonly PlacePair[]): Estimate {
   const { source, target, best } = response;
   const pose = best?.targetFromSource;
   if (!source || !target || !pose) throw new Error('the answer of the server is incomplete');
-  return { source, target, best: pose, score: best.score, response };
+  return { source, target, best: pose, score: best.score, pairs: from, response };
+}
+
+type Request = MessageInitShape<typeof EstimateTransformRequestSchema>;
+
+/** Asks for an estimate, and lays the overlay in its place, as it was when it was compared. */
+async function ask(request: Request, from: readonly PlacePair[] = []): Promise<void> {
+  applied.forget();
+  applyAllTheSame.value = false;
+  const answer = await estimate.ask(async (abort) =>
+    estimateOf(await client.value.query.estimateTransform(request, { signal: abort }), from),
+  );
+  if (!answer) return;
+  placement.value = answer.best;
+  const { map, revision, incarnation } = answer.source;
+  const layer = sourceLayer.peek();
+  if (layer && overlay.answer.peek()?.revision !== revision) {
+    await loadOverlay(map, layer, { revision, incarnation });
+  }
 }
 
 /** Estimates the transform by comparing the chosen layers. */
@@ -135,21 +159,48 @@ export async function estimateFromLayers(): Promise<void> {
   const [from, to] = [sourceLayer.peek(), targetLayer.peek()];
   const [source, target] = [sourceMap.peek(), mapName.peek()];
   if (source === undefined || target === undefined || !from || !to) return;
-  applied.forget();
-  applyAllTheSame.value = false;
-  const answer = await estimate.ask(async (abort) => {
-    const request = {
-      source: { scope: { map: source, layers: [from.name] } },
-      target: { scope: { map: target, layers: [to.name], incarnation: liveIncarnation.peek() } },
-    };
-    return estimateOf(await client.value.query.estimateTransform(request, { signal: abort }));
+  await ask({
+    source: { scope: { map: source, layers: [from.name] } },
+    target: { scope: { map: target, layers: [to.name], incarnation: liveIncarnation.peek() } },
   });
-  if (!answer) return;
-  placement.value = answer.best;
-  const { revision, incarnation } = answer.source;
-  if (overlay.answer.peek()?.revision !== revision) {
-    await loadOverlay(source, from, { revision, incarnation });
-  }
+}
+
+/** The server estimates from this many pairs on. */
+export const LEAST_PAIRS = 2;
+
+/** Estimates the transform from the pairs of places. */
+export async function estimateFromPairs(): Promise<void> {
+  const [source, target] = [sourceMap.peek(), mapName.peek()];
+  const from = pairs.peek();
+  if (source === undefined || target === undefined || from.length < LEAST_PAIRS) return;
+  const request = {
+    source: { scope: { map: source } },
+    target: { scope: { map: target, incarnation: liveIncarnation.peek() } },
+    pairs: from.map((pair, i) => ({
+      name: `${i + 1}`,
+      source: { x: pair.source[0], y: pair.source[1] },
+      target: { x: pair.target[0], y: pair.target[1] },
+    })),
+  };
+  await ask(request, from);
+}
+
+/** What an estimate says of one of its pairs. */
+export interface PairResult {
+  agrees: boolean;
+  /** The distance between the target's place and that of the transformed source's, metres. */
+  residualM: number;
+}
+
+/** Undefined if the estimate was not made from the pair. */
+export function resultOf(answer: Estimate, pair: PlacePair): PairResult | undefined {
+  const index = answer.pairs.indexOf(pair);
+  if (index < 0) return undefined;
+  const agreeing = answer.response.agreeing.find(({ source }) => source === BigInt(index));
+  if (agreeing) return { agrees: true, residualM: agreeing.residualM };
+  // The answer has the residuals of those that agree only.
+  const [x, y] = transform(answer.best, pair.source);
+  return { agrees: false, residualM: Math.hypot(x - pair.target[0], y - pair.target[1]) };
 }
 
 export function isAmbiguous({ response }: Estimate): boolean {
