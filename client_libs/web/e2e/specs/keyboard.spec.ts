@@ -126,7 +126,7 @@ for (const { colorScheme, rules } of schemes) {
     await page.emulateMedia({ colorScheme });
     await dashboard.open(exploredSite);
     expect(await breaches(page, 'body', rules)).toEqual([]);
-    for (const title of ['Search', 'Here', 'Edit', 'Changes', 'Explore', 'Export']) {
+    for (const title of ['Search', 'Here', 'Edit', 'Changes', 'Explore', 'Align', 'Export']) {
       await dashboard.panel(title);
       const panel = page.getByRole('region', { name: title, exact: true });
       await expect(panel).toBeVisible();

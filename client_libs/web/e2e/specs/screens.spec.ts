@@ -9,7 +9,7 @@ const screens = [
   { name: 'wall', width: 3840, height: 2160 },
 ];
 
-const titles = ['Search', 'Here', 'Edit', 'Changes', 'Explore', 'Export'];
+const titles = ['Search', 'Here', 'Edit', 'Changes', 'Explore', 'Align', 'Export'];
 
 /**
  * Describes the parts of the page that leave the screen, overlap each other, or cut off content.

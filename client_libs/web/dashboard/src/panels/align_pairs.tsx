@@ -31,10 +31,10 @@ async function pick(hint: string): Promise<Position | undefined> {
   return shape?.case === 'point' ? [shape.value.x, shape.value.y] : undefined;
 }
 
-/** Lets the user click pairs until they cancel. */
+/** Lets the user click pairs until they cancel, or `stopPicking` is called. */
 async function pickPairs(source: string): Promise<void> {
   picking.value = true;
-  for (;;) {
+  while (picking.peek()) {
     const name = `Pair ${pairs.peek().length + 1}`;
     const onOverlay = await pick(`${name}: click a place of ${source}, as it lies now`);
     if (!onOverlay) break;
@@ -45,6 +45,12 @@ async function pickPairs(source: string): Promise<void> {
   }
   dropBegunPair();
   picking.value = false;
+}
+
+function stopPicking(): void {
+  if (!picking.peek()) return;
+  picking.value = false;
+  cancelTool();
 }
 
 function resultWords({ agrees, residualM }: PairResult): string {
@@ -70,12 +76,7 @@ function PairRow({ pair, name }: { pair: PlacePair; name: string }) {
 
 /** The pairs of places, from which the transform can be estimated instead of from the layers. */
 export function AlignPairs({ source }: { source: string }) {
-  useEffect(
-    () => () => {
-      if (picking.peek()) cancelTool();
-    },
-    [],
-  );
+  useEffect(() => stopPicking, []);
   return (
     <section class="stack" aria-label="Point pairs">
       <h3>Point pairs</h3>
@@ -93,9 +94,11 @@ export function AlignPairs({ source }: { source: string }) {
         </ol>
       )}
       <div class="row actions">
-        <button disabled={picking.value} onClick={() => void pickPairs(source)}>
-          Add pairs
-        </button>
+        {picking.value ? (
+          <button onClick={stopPicking}>Done</button>
+        ) : (
+          <button onClick={() => void pickPairs(source)}>Add pairs</button>
+        )}
         <button
           disabled={estimate.busy.value || pairs.value.length < LEAST_PAIRS}
           title={`From ${LEAST_PAIRS} pairs on`}
