@@ -143,8 +143,9 @@ void AwaitBoth(const Facilities& facilities, const std::shared_ptr<EstimateCall>
   const v1::EstimateTransformSide& source = call->request().source();
   wait.Start(facilities, source.scope(), source.as_of(),
              [&facilities, call, &wait](const absl::StatusOr<Revision>& of_source) {
-               if (!of_source.ok())
+               if (!of_source.ok()) {
                  return AnswerAfterWaits(facilities, call, of_source.status(), {});
+               }
                const v1::EstimateTransformSide& target = call->request().target();
                wait.Start(facilities, target.scope(), target.as_of(),
                           [&facilities, call, source_revision = *of_source](

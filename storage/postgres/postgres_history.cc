@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "storage/postgres/change_log.h"
+#include "storage/postgres/layer_versions.h"
 
 namespace hypermap::storage::postgres {
 namespace {

@@ -126,7 +126,7 @@ absl::Status Run(const std::string& drive, const std::string& output,
 }  // namespace
 }  // namespace hypermap::ingest
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   CLI::App app("Counts how often a recorded drive's detector has shown each true object");
   std::string drive, output, detections = "detections_noisy.json";
   app.add_option("drive", drive, "Folder of the drive")->required();
