@@ -7,8 +7,8 @@ namespace hypermap::fusion {
 namespace {
 
 constexpr absl::Duration kAtOnce = absl::Milliseconds(50);
-constexpr double kSamePlace_m = 0.05;
-const double kCosineOfSameAxis = std::cos(2.0 * M_PI / 180.0);
+constexpr double kSamePlace_m = 0.02;
+const double kCosineOfSameAxis = std::cos(1.0 * M_PI / 180.0);
 
 }  // namespace
 

@@ -31,8 +31,8 @@ class RecentViews {
   RecentViews() = default;
   explicit RecentViews(std::vector<View> views) : views_(std::move(views)) {}
 
-  // Whether another robot had this view within 50 ms, 5 cm and 2 degrees. Two cameras can't be at
-  // one place: it is the same frame under another name, and has the same errors.
+  // Whether another robot had this view within 50 ms, 2 cm and 1 degree, which is less than the
+  // size of a camera: it is the same frame under another name, and has the same errors.
   bool Repeats(const View& view) const;
   void Add(const View& view);
   // In the order in which they were added.

@@ -18,16 +18,16 @@ TEST(RecentViewsTest, TheSameViewOfAnotherRobotIsRepeated) {
   EXPECT_FALSE(views.Repeats(LookingAlong(0.0)));
   views.Add(LookingAlong(0.0));
   EXPECT_FALSE(views.Repeats(LookingAlong(0.0)));  // The robot stands still.
-  View other = LookingAlong(0.02);
+  View other = LookingAlong(0.01);
   other.robot = "b";
-  other.position.x() += 0.03;
+  other.position.x() += 0.01;
   other.stamp += absl::Milliseconds(20);
   EXPECT_TRUE(views.Repeats(other));
-  View turned = LookingAlong(0.06);
+  View turned = LookingAlong(0.02);
   turned.robot = "b";
   EXPECT_FALSE(views.Repeats(turned));
   View beside = other;
-  beside.position.y() += 0.3;
+  beside.position.y() += 0.03;
   EXPECT_FALSE(views.Repeats(beside));
   View later = other;
   later.stamp += absl::Milliseconds(200);

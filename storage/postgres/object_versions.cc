@@ -99,7 +99,8 @@ absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::Read(
 
 absl::StatusOr<std::vector<ObjectPtr>> ObjectVersions::Finish(GetConnection connection,
                                                               Cache::Reading* reading) {
-  const std::string sql = absl::StrReplaceAll(kFetchObjects, {{"$columns", kObjectColumns}});
+  static const auto& sql =
+      *new std::string(absl::StrReplaceAll(kFetchObjects, {{"$columns", kObjectColumns}}));
   return reading->Finish(
       [&](absl::Span<const ObjectVersion> batch, Cache::Take take) -> absl::Status {
         std::vector<int64_t> lineages, ids, ends;

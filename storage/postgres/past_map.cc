@@ -16,17 +16,9 @@ namespace {
 // Regions of more tiles are not asked for before they are read: their rows would take much memory.
 constexpr int64_t kFewTiles = 1000;
 
-int64_t NumTiles(const CellBox& cells) {
-  const CellBox box = cells.Intersection(kAllCells);
-  if (box.empty()) return 0;
-  const TileIndex low = TileOf({box.row_begin, box.col_begin});
-  const TileIndex high = TileOf({box.row_end - 1, box.col_end - 1});
-  return (int64_t{high.row} - low.row + 1) * (int64_t{high.col} - low.col + 1);
-}
-
 // Whether nothing can be in the region.
 bool IsEmpty(const PastMap::Region& region) {
-  return region.box.empty() && region.cells.Intersection(kAllCells).empty();
+  return region.box.empty() && PlacesIn(region.cells).count() == 0;
 }
 
 }  // namespace
@@ -70,7 +62,7 @@ absl::StatusOr<PostgresPastMap::Found> PostgresPastMap::Find(const std::string& 
 absl::Status PostgresPastMap::Expect(absl::Span<const Region> regions) {
   std::vector<Region> small;
   for (const Region& region : regions) {
-    if (NumTiles(region.cells) <= kFewTiles) small.push_back(region);
+    if (PlacesIn(region.cells).count() <= kFewTiles) small.push_back(region);
   }
   return InMap(Ask(small));
 }
@@ -150,7 +142,7 @@ absl::StatusOr<std::vector<ObjectPtr>> PostgresPastMap::Objects(const std::strin
 
 absl::StatusOr<TileMap> PostgresPastMap::Tiles(const std::string& layer, const CellBox& cells) {
   HYPERMAP_ASSIGN_OR_RETURN(const Found found, Find(layer, /*is_grid=*/true));
-  if (cells.Intersection(kAllCells).empty()) return TileMap();
+  if (PlacesIn(cells).count() == 0) return TileMap();
   absl::StatusOr<Rows> rows = RowsOf({layer, Box(), cells});
   if (!rows.ok()) return InMap(rows.status());
   absl::StatusOr<TileMap> tiles = tiles_->ReadInBox([this] { return FinishAsking(); },

@@ -75,6 +75,12 @@ std::string TileVersion::Name() const {
                       index.col, ", version ", first_revision);
 }
 
+TilePlaces PlacesIn(const CellBox& cells) {
+  const CellBox box = cells.Intersection(kAllCells);
+  if (box.empty()) return {};
+  return {TileOf({box.row_begin, box.col_begin}), TileOf({box.row_end - 1, box.col_end - 1})};
+}
+
 absl::StatusOr<TileIndex> ToTileIndex(int64_t row, int64_t col) {
   constexpr int64_t kSide = kMaxCellIndex / kTileSide;
   if (std::min(row, col) < -kSide || std::max(row, col) >= kSide) {
@@ -86,11 +92,9 @@ absl::StatusOr<TileIndex> ToTileIndex(int64_t row, int64_t col) {
 
 void TileVersions::AskInBox(Pipeline& pipeline, int64_t lineage, const CellBox& cells,
                             Revision revision) const {
-  const CellBox box = cells.Intersection(kAllCells);
-  const TileIndex low = TileOf({box.row_begin, box.col_begin});
-  const TileIndex high = TileOf({box.row_end - 1, box.col_end - 1});
-  const int64_t places = (int64_t{high.row} - low.row + 1) * (int64_t{high.col} - low.col + 1);
-  if (places <= kFewPlaces) {
+  const TilePlaces places = PlacesIn(cells);
+  const auto& [low, high] = places;
+  if (places.count() <= kFewPlaces) {
     std::vector<int64_t> tile_rows, tile_cols;
     for (int64_t row = low.row; row <= high.row; ++row) {
       for (int64_t col = low.col; col <= high.col; ++col) {

@@ -36,6 +36,18 @@ struct TileVersion {
   static int64_t BytesOf(const TilePtr& tile) { return tile->ByteSize(); }
 };
 
+// The places from `low` to `high`; none if high.row < low.row.
+struct TilePlaces {
+  TileIndex low{0, 0};
+  TileIndex high{-1, -1};
+
+  int64_t count() const {
+    return (int64_t{high.row} - low.row + 1) * (int64_t{high.col} - low.col + 1);
+  }
+};
+// The places of the tiles that share a cell with `cells`, as far as there are cells.
+TilePlaces PlacesIn(const CellBox& cells);
+
 // The place of a row of hypermap.tiles. DATA_LOSS when no grid has such a tile.
 absl::StatusOr<TileIndex> ToTileIndex(int64_t row, int64_t col);
 
@@ -44,7 +56,7 @@ class TileVersions {
  public:
   TileVersions(int64_t map, CacheRoomPtr room) : map_(map), cache_(std::move(room)) {}
 
-  // Asks for the tiles that share a cell with `cells`, of which there must be some in kAllCells.
+  // Asks for the tiles that share a cell with `cells`. REQUIRES: PlacesIn has some.
   void AskInBox(Pipeline& pipeline, int64_t lineage, const CellBox& cells, Revision revision) const;
   // These tiles of a layer of that kind, given the rows of AskInBox. Uses the connection only if
   // not all content came with them.
