@@ -57,7 +57,9 @@ json EncodeView(const View& view) {
   return {{"robot", view.robot},
           {"stamp_ns", absl::ToUnixNanos(view.stamp)},
           {"position", {view.position.x(), view.position.y(), view.position.z()}},
-          {"axis", {view.axis.x(), view.axis.y(), view.axis.z()}}};
+          {"axis", {view.axis.x(), view.axis.y(), view.axis.z()}},
+          {"detections", view.num_detections},
+          {"centre", {view.centre.x, view.centre.y}}};
 }
 
 Eigen::Vector3d DecodeVector(const json& encoded) {
@@ -69,9 +71,13 @@ RecentViews DecodeViews(const json& content) {
   std::vector<View> views;
   for (const json& encoded : content.value("views", json::array())) {
     if (views.size() == RecentViews::kMost) throw std::runtime_error("too many views");
-    views.push_back({encoded.at("robot").get<std::string>(),
-                     absl::FromUnixNanos(encoded.at("stamp_ns").get<int64_t>()),
-                     DecodeVector(encoded.at("position")), DecodeVector(encoded.at("axis"))});
+    views.push_back(
+        {encoded.at("robot").get<std::string>(),
+         absl::FromUnixNanos(encoded.at("stamp_ns").get<int64_t>()),
+         DecodeVector(encoded.at("position")),
+         DecodeVector(encoded.at("axis")),
+         encoded.at("detections").get<int32_t>(),
+         {encoded.at("centre").at(0).get<double>(), encoded.at("centre").at(1).get<double>()}});
   }
   return RecentViews(std::move(views));
 }

@@ -87,7 +87,9 @@ std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
                                                   const EvidenceParameters& parameters,
                                                   FoldReport* report) {
   const View view = ViewOf(observation);
-  if (before.views.Repeats(view)) return std::make_shared<EvidenceState>(before);
+  if (before.views.Repeats(view, parameters.same_view_m)) {
+    return std::make_shared<EvidenceState>(before);
+  }
   std::vector<FrameDetection> detections = CollectDetections(observation);
   std::vector<FrameTrack> tracks = CopyTracksInView(before, observation);
   const AlignedFrame frame = AlignFrame(observation, detections, tracks, parameters);

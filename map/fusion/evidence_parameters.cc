@@ -1,8 +1,21 @@
 #include "map/fusion/evidence_parameters.h"
 
+#include <nlohmann/json.hpp>
+#include <string>
+
 #include "map/fusion/parameters.h"
 
 namespace hypermap::fusion {
+
+std::string ForNewLayer(absl::string_view json) {
+  auto object = json.empty() ? nlohmann::json::object()
+                             : nlohmann::json::parse(json.begin(), json.end(), nullptr, false);
+  if (!object.is_object()) return std::string(json);
+  // Less than the size of a camera.
+  if (!object.contains("same_view_m")) object["same_view_m"] = 0.02;
+  return object.dump();
+}
+
 absl::StatusOr<EvidenceParameters> ParseEvidenceParameters(absl::string_view json) {
   EvidenceParameters p;
   const auto status =
@@ -43,6 +56,7 @@ absl::StatusOr<EvidenceParameters> ParseEvidenceParameters(absl::string_view jso
                         {"merge_any_class_iou", &p.merge_any_class_iou, 0.05, 1.0},
                         {"align_gain", &p.align_gain, 0.0, 1000.0},
                         {"correlation_s", &p.correlation_s, 0.01, 1000.0},
+                        {"same_view_m", &p.same_view_m, 0.0, 1.0},
                     },
                     // Earlier versions had these, but never used them.
                     {"align_position_m", "align_yaw_rad"});

@@ -2,6 +2,8 @@
 #ifndef HYPERMAP_MAP_FUSION_EVIDENCE_PARAMETERS_H_
 #define HYPERMAP_MAP_FUSION_EVIDENCE_PARAMETERS_H_
 
+#include <string>
+
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
@@ -81,7 +83,16 @@ struct EvidenceParameters {
   // Time for which localisation errors persist, that is, for which frames repeat each other's
   // error.
   double correlation_s = 8.0;
+
+  // Distance of two robots' cameras below which their observations can be the same frame under two
+  // names, which counts once (RecentViews::Repeats). 0: all count, as in layers of 0.1.
+  double same_view_m = 0.0;
 };
+
+// Parameters that were added after 0.1 leave the fold as it was by default, so that layers stored
+// without them stay as they are. Returns `json`, an object or empty text, with the values that
+// layers begun today have instead, where it names none. Other text is returned as it is.
+std::string ForNewLayer(absl::string_view json);
 
 // Returns the defaults, except for the parameters that `json` names. Accepts and ignores names of
 // parameters that earlier versions had, because layers that they stored may name them. Errors are

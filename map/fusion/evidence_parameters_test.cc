@@ -23,6 +23,14 @@ TEST(EvidenceParametersTest, SetsWhatIsNamedAndKeepsTheDefaults) {
 }
 
 // Layers that earlier versions stored may name them.
+TEST(EvidenceParametersTest, NewLayersNameWhatStoredOnesMayNot) {
+  EXPECT_EQ(ParseEvidenceParameters("")->same_view_m, 0.0);
+  EXPECT_EQ(ForNewLayer(""), R"({"same_view_m":0.02})");
+  EXPECT_EQ(ForNewLayer(R"({"gate": 0.2})"), R"({"gate":0.2,"same_view_m":0.02})");
+  EXPECT_EQ(ForNewLayer(R"({"same_view_m": 0})"), R"({"same_view_m":0})");
+  for (const char* wrong : {"{", "[]", "null"}) EXPECT_EQ(ForNewLayer(wrong), wrong);
+}
+
 TEST(EvidenceParametersTest, RetiredNamesAreAcceptedAndIgnored) {
   const auto parsed =
       ParseEvidenceParameters(R"({"align_position_m": 0.1, "gate": 0.2, "align_yaw_rad": 0.02})");

@@ -133,6 +133,11 @@ std::vector<std::string> StrategyNames();
 absl::StatusOr<std::unique_ptr<Strategy>> MakeStrategy(absl::string_view name,
                                                        absl::string_view parameters);
 
+// Returns the parameters that a layer stores when it is fused for the first time or again: those
+// given, and what the strategy does otherwise in new layers than in stored ones that do not name
+// it. Returns parameters that MakeStrategy refuses as they are.
+std::string ParametersOfNewLayer(absl::string_view strategy, absl::string_view parameters);
+
 }  // namespace hypermap::fusion
 
 #endif  // HYPERMAP_MAP_FUSION_STRATEGY_H_

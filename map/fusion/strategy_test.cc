@@ -26,7 +26,7 @@ SceneBox Table() { return {"diningtable", Box{{1.6, -0.5}, {2.6, 0.5}}, {0.65, 0
 SceneBox Vase() { return {"vase", Box{{1.9, -0.1}, {2.1, 0.1}}, {0.72, 1.0}}; }
 
 std::unique_ptr<Strategy> Make(const std::string& name) {
-  auto strategy = MakeStrategy(name, "");
+  auto strategy = MakeStrategy(name, ParametersOfNewLayer(name, ""));
   EXPECT_TRUE(strategy.ok()) << strategy.status();
   return *std::move(strategy);
 }
@@ -448,6 +448,20 @@ TEST(EvidenceTest, AFrameUnderSeveralNamesCountsOnce) {
     }
     EXPECT_EQ(strategy->Encode(several), strategy->Encode(one)) << "after look " << i;
   }
+}
+
+TEST(EvidenceTest, WhatAnotherDetectorFindsInAFrameCounts) {
+  const auto strategy = Make("evidence");
+  const StatePtr one = strategy->Fold(strategy->Initial(), Observe({Chair()}, {}, 1), nullptr);
+  const StatePtr both = strategy->Fold(one, Observe({Chair(), Table()}, {}, 1, {}, "s"), nullptr);
+  EXPECT_NE(strategy->Encode(both), strategy->Encode(one));
+}
+
+TEST(EvidenceTest, LayersStoredByTheFirstVersionCountAFrameUnderEachName) {
+  const auto first = *MakeStrategy("evidence", "");
+  const StatePtr one = first->Fold(first->Initial(), Observe({Chair()}, {}, 1), nullptr);
+  const StatePtr two = first->Fold(one, Observe({Chair()}, {}, 1, {}, "s"), nullptr);
+  EXPECT_NE(first->Encode(two), first->Encode(one));
 }
 
 TEST(EvidenceTest, EvidenceGoesByTheRankOfAScoreNotByItsScale) {

@@ -270,6 +270,7 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
   if (settings.strategy.empty() && !fusion::StrategyNames().empty()) {
     settings.strategy = fusion::StrategyNames().front();
   }
+  settings.parameters = fusion::ParametersOfNewLayer(settings.strategy, settings.parameters);
   if (!settings.exploration_layer.empty()) {
     auto status = CheckKind(snapshot, settings.exploration_layer, LayerKind::kExploration);
     HYPERMAP_RETURN_IF_ERROR(status);
@@ -296,7 +297,8 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot, const Sta
   if (!wanted.strategy.empty() && wanted.strategy != settings.strategy) {
     return Mismatch(command.layer, "strategy", settings.strategy, wanted.strategy);
   }
-  if (!wanted.parameters.empty() && wanted.parameters != settings.parameters) {
+  if (!wanted.parameters.empty() && wanted.parameters != settings.parameters &&
+      fusion::ParametersOfNewLayer(settings.strategy, wanted.parameters) != settings.parameters) {
     return Mismatch(command.layer, "parameters", settings.parameters, wanted.parameters);
   }
   if (wanted.exploration_layer.empty() || wanted.exploration_layer == settings.exploration_layer) {
@@ -319,7 +321,7 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
   HYPERMAP_ASSIGN_OR_RETURN(const FusedLayer* const fused, Find(snapshot, command.layer));
   storage::FusionSettings settings = fused->settings();
   if (!command.strategy.empty()) settings.strategy = command.strategy;
-  settings.parameters = command.parameters;
+  settings.parameters = fusion::ParametersOfNewLayer(settings.strategy, command.parameters);
   std::unique_ptr<FusedLayer> rebuilt = fused->Copy();
   HYPERMAP_RETURN_IF_ERROR(rebuilt->Rebuild(settings));
   return Try(snapshot, command.layer, std::move(rebuilt));

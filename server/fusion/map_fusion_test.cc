@@ -224,6 +224,16 @@ TEST(ReactionTest, LayerShowsTheFoldOfItsLogWithAnyStrategy) {
   }
 }
 
+TEST(ReactionTest, StreamsGoOnWithTheParametersThatTheyNamedFirst) {
+  FusedMap map;
+  const StartFusion start{"things", {"evidence", R"({"gate": 0.2})", ""}};
+  EXPECT_EQ(map.Run(start).status().code(), absl::StatusCode::kFailedPrecondition);
+  ASSERT_TRUE(map.Run(RebuildFusion{"things", "evidence", start.settings.parameters}).ok());
+  EXPECT_TRUE(map.Run(start).ok());
+  map.Restart();
+  EXPECT_TRUE(map.Run(start).ok());
+}
+
 TEST(ReactionTest, RestartsAndRebuildsChangeNothing) {
   const uint64_t seed = hypermap::testing::TestSeed();
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);

@@ -82,7 +82,8 @@ int Run(const std::string& dir, std::map<std::string, std::string> options) {
   for (const auto& [key, value] : options) {
     if (key.rfind("param.", 0) == 0) parameters[key.substr(6)] = std::stod(value);
   }
-  auto strategy = fusion::MakeStrategy(get("fusion", "evidence"), parameters.dump());
+  const std::string name = get("fusion", "evidence");
+  auto strategy = fusion::MakeStrategy(name, fusion::ParametersOfNewLayer(name, parameters.dump()));
   if (!strategy.ok()) {
     std::cerr << strategy.status() << "\n";
     return 1;
@@ -153,7 +154,7 @@ int Run(const std::string& dir, std::map<std::string, std::string> options) {
 }  // namespace
 }  // namespace hypermap
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
   if (argc < 2) {
     std::cerr << "usage: fusion_report DIR [key=value]...\n";
     return 2;

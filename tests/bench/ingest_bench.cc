@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
@@ -109,13 +110,15 @@ FilledLayer Fill(const fusion::Strategy& strategy, int objects) {
   int64_t sequence = 0;
   const int places = objects / 10;
   for (int place = 0; place < places; ++place) {
-    const double x = 8.0 * (place % 32);
-    const double y = 8.0 * (place / 32);
+    const auto [row, column] = std::div(place, 32);
+    const double x = 8.0 * column;
+    const double y = 8.0 * row;
     std::vector<fusion::SceneBox> scene;
     for (int i = 0; i < 10; ++i) {
-      const double dx = x + 1.6 + 0.35 * (i / 5);
-      const double dy = y - 0.8 + 0.35 * (i % 5);
-      scene.push_back({"box", Box{{dx, dy}, {dx + 0.25, dy + 0.25}}, {0.0, 0.2 + 0.25 * (i / 5)}});
+      const auto [behind, beside] = std::div(i, 5);
+      const double dx = x + 1.6 + 0.35 * behind;
+      const double dy = y - 0.8 + 0.35 * beside;
+      scene.push_back({"box", Box{{dx, dy}, {dx + 0.25, dy + 0.25}}, {0.0, 0.2 + 0.25 * behind}});
     }
     for (int look = 0; look < 6; ++look) {
       const Observation seen = fusion::Observe(scene, {.x = x, .y = y + 0.05 * look}, sequence++);
@@ -145,7 +148,8 @@ int Run() {
   std::printf("  PCL region growing       %8.2f ms CPU, %.1f times as much\n", growing,
               growing / organised);
 
-  const auto strategy = *fusion::MakeStrategy("evidence", "");
+  const auto strategy =
+      *fusion::MakeStrategy("evidence", fusion::ParametersOfNewLayer("evidence", ""));
   const FilledLayer few = Fill(*strategy, 100);
   const FilledLayer many = Fill(*strategy, 10000);
   const double fold_few = FoldCost(*strategy, few);
@@ -165,4 +169,6 @@ int Run() {
 }  // namespace
 }  // namespace hypermap
 
-int main() { return hypermap::Run(); }
+int main() {  // NOLINT(bugprone-exception-escape)
+  return hypermap::Run();
+}

@@ -233,21 +233,27 @@ class GoldenMap(SiteTest):
         self.rounds = 0
         self.assert_as_before(questions, ignored=COUNTERS)
 
+    def rebuild(self, layer, strategy=None):
+        """Fuses a layer again as 0.1 did: by the strategy, or that of the layer."""
+        strategy = strategy or ("paper" if layer == "found_paper" else "evidence")
+        as_0_1_did = ["--param", "same_view_m=0"] if strategy == "evidence" else []
+        self.asker.answer("rebuild", MAP, "--layer", layer, "--fusion", strategy, *as_0_1_did)
+
     def test_fused_layers_can_be_rebuilt(self):
         self.open()
         for layer in ("found", "found_paper", "corner"):
-            self.asker.answer("rebuild", MAP, "--layer", layer)
+            self.rebuild(layer)
         self.assert_fused_as_before()
         other = {"found": "paper", "found_paper": "evidence", "corner": "paper"}
         fused = {layer: self.entities(layer) for layer in other}
         for layer, strategy in other.items():
-            self.asker.answer("rebuild", MAP, "--layer", layer, "--fusion", strategy)
+            self.rebuild(layer, strategy)
             self.assertNotEqual(self.entities(layer), fused[layer])
         self.assertEqual(self.site.stop(), 0)
         self.open()
         for layer, strategy in other.items():
             first = {"evidence": "paper", "paper": "evidence"}[strategy]
-            self.asker.answer("rebuild", MAP, "--layer", layer, "--fusion", first)
+            self.rebuild(layer, first)
         self.assert_fused_as_before()
 
     def replay(self, rooms, *flags):

@@ -22,10 +22,10 @@
 
 namespace hypermap::server {
 
-// Makes the named strategy, whatever a layer's settings say.
+// Makes the named strategy with the parameters of a new layer, whatever a layer's settings say.
 inline StrategyFactory Always(const char* strategy) {
-  return [strategy](absl::string_view, absl::string_view parameters) {
-    return fusion::MakeStrategy(strategy, parameters);
+  return [strategy](absl::string_view, absl::string_view) {
+    return fusion::MakeStrategy(strategy, fusion::ParametersOfNewLayer(strategy, ""));
   };
 }
 
