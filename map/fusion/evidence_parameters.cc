@@ -11,9 +11,13 @@ std::string ForNewLayer(absl::string_view json) {
   auto object = json.empty() ? nlohmann::json::object()
                              : nlohmann::json::parse(json.begin(), json.end(), nullptr, false);
   if (!object.is_object()) return std::string(json);
-  // Less than the size of a camera.
-  if (!object.contains("same_view_m")) object["same_view_m"] = 0.02;
-  return object.dump();
+  const auto named = object.find("same_view_m");
+  if (named == object.end()) {
+    object["same_view_m"] = 0.02;  // Less than the size of a camera.
+  } else if (*named == 0) {
+    object.erase(named);
+  }
+  return object.empty() ? "" : object.dump();
 }
 
 absl::StatusOr<EvidenceParameters> ParseEvidenceParameters(absl::string_view json) {

@@ -91,7 +91,8 @@ struct EvidenceParameters {
 
 // Parameters that were added after 0.1 leave the fold as it was by default, so that layers stored
 // without them stay as they are. Returns `json`, an object or empty text, with the values that
-// layers begun today have instead, where it names none. Other text is returned as it is.
+// layers begun today have instead, where it names none, and without those that change nothing.
+// Other text is returned as it is.
 std::string ForNewLayer(absl::string_view json);
 
 // Returns the defaults, except for the parameters that `json` names. Accepts and ignores names of

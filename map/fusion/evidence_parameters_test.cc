@@ -27,7 +27,8 @@ TEST(EvidenceParametersTest, NewLayersNameWhatStoredOnesMayNot) {
   EXPECT_EQ(ParseEvidenceParameters("")->same_view_m, 0.0);
   EXPECT_EQ(ForNewLayer(""), R"({"same_view_m":0.02})");
   EXPECT_EQ(ForNewLayer(R"({"gate": 0.2})"), R"({"gate":0.2,"same_view_m":0.02})");
-  EXPECT_EQ(ForNewLayer(R"({"same_view_m": 0})"), R"({"same_view_m":0})");
+  EXPECT_EQ(ForNewLayer(R"({"same_view_m": 0.0})"), "");
+  EXPECT_EQ(ForNewLayer(R"({"gate": 0.2, "same_view_m": 0})"), R"({"gate":0.2})");
   for (const char* wrong : {"{", "[]", "null"}) EXPECT_EQ(ForNewLayer(wrong), wrong);
 }
 
