@@ -159,6 +159,9 @@ class FusionLog {
   // the greatest number.
   virtual absl::StatusOr<std::optional<ObservationKey>> NewestKey(const std::string& layer) = 0;
   virtual absl::StatusOr<std::optional<LogKey>> NewestFact(const std::string& layer) = 0;
+  // All facts of a kind, ordered by key. Costs a step for each fact of the layer.
+  virtual absl::StatusOr<std::vector<LogEntry>> FactsOfKind(const std::string& layer,
+                                                            const std::string& kind) = 0;
 
   // At most `max_entries` entries after `after`, ordered by key, without retracted observations.
   virtual absl::StatusOr<std::vector<LogEntry>> Read(const std::string& layer, const LogKey& after,

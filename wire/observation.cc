@@ -231,10 +231,17 @@ absl::StatusOr<Message> FromBytes(absl::string_view bytes) {
   Message message;
   if (bytes.size() <= std::numeric_limits<int>::max() &&
       message.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()))) {
-    UpgradeFrom01(&message);
     return message;
   }
   return absl::DataLossError("not a message of its kind");
+}
+
+// Of a message that version 0.1 may have written.
+template <typename Message>
+absl::StatusOr<Message> FromOldBytes(absl::string_view bytes) {
+  HYPERMAP_ASSIGN_OR_RETURN(Message message, FromBytes<Message>(bytes));
+  UpgradeFrom01(&message);
+  return message;
 }
 
 template <typename T>
@@ -295,10 +302,58 @@ std::string ObservationToBytes01(const Observation& observation) {
 }
 
 absl::StatusOr<Observation> ObservationFromBytes(absl::string_view bytes) {
-  HYPERMAP_ASSIGN_OR_RETURN(const v1::Observation message, FromBytes<v1::Observation>(bytes));
+  HYPERMAP_ASSIGN_OR_RETURN(const v1::Observation message, FromOldBytes<v1::Observation>(bytes));
   return AsDamage(DecodeWith("", message, [](absl::string_view field, const v1::Polygon& p) {
     return DecodePolygon(field, p);
   }));
+}
+
+void EncodeCorrectedPose(const CorrectedPose& pose, v1::CorrectedPose* message) {
+  EncodeTime(pose.stamp, message->mutable_stamp());
+  EncodePose(pose.frame_from_view, message->mutable_pose());
+  if (!pose.covariance.isZero(0.0)) {
+    EncodeCovariance(pose.covariance, message->mutable_covariance());
+  }
+}
+
+absl::StatusOr<std::vector<CorrectedPose>> DecodeCorrectedPoses(
+    const google::protobuf::RepeatedPtrField<v1::CorrectedPose>& messages) {
+  std::vector<CorrectedPose> poses;
+  poses.reserve(messages.size());
+  for (const v1::CorrectedPose& message : messages) {
+    const std::string field = absl::StrCat("poses[", poses.size(), "]");
+    if (!message.has_stamp()) return InvalidField(field + ".stamp", "is missing");
+    HYPERMAP_RETURN_IF_ERROR(CheckStamp(field + ".stamp", message.stamp()));
+    if (!message.has_pose()) return InvalidField(field + ".pose", "is missing");
+    CorrectedPose pose;
+    pose.stamp = DecodeTime(message.stamp());
+    HYPERMAP_ASSIGN_OR_RETURN(pose.frame_from_view, DecodePose(field + ".pose", message.pose()));
+    HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Eigen::Matrix3d> covariance,
+                              DecodeCovariance(field + ".covariance", message.covariance()));
+    if (covariance) pose.covariance = *covariance;
+    poses.push_back(pose);
+  }
+  return poses;
+}
+
+std::string CorrectionToBytes(const PoseCorrection& correction) {
+  v1::PoseCorrection message;
+  message.set_robot(correction.robot);
+  for (const CorrectedPose& pose : correction.poses) {
+    EncodeCorrectedPose(pose, message.add_poses());
+  }
+  return ToBytes(message);
+}
+
+absl::StatusOr<PoseCorrection> CorrectionFromBytes(absl::string_view bytes) {
+  HYPERMAP_ASSIGN_OR_RETURN(const v1::PoseCorrection message, FromBytes<v1::PoseCorrection>(bytes));
+  PoseCorrection correction;
+  correction.robot = message.robot();
+  HYPERMAP_ASSIGN_OR_RETURN(correction.poses, AsDamage(DecodeCorrectedPoses(message.poses())));
+  if (const absl::Status status = Validate(correction); !status.ok()) {
+    return absl::DataLossError(status.message());
+  }
+  return correction;
 }
 
 std::string ObjectToBytes(const SemanticObject& object) {
@@ -308,7 +363,7 @@ std::string ObjectToBytes(const SemanticObject& object) {
 }
 
 absl::StatusOr<SemanticObject> ObjectFromBytes(absl::string_view bytes) {
-  HYPERMAP_ASSIGN_OR_RETURN(const v1::Object message, FromBytes<v1::Object>(bytes));
+  HYPERMAP_ASSIGN_OR_RETURN(const v1::Object message, FromOldBytes<v1::Object>(bytes));
   return AsDamage(DecodeObject("object", message));
 }
 

@@ -3,12 +3,14 @@
 #define HYPERMAP_WIRE_OBSERVATION_H_
 
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "base/limits/limits.h"
 #include "hypermap/v1/observation.pb.h"
 #include "map/observations/observation.h"
+#include "map/observations/pose_correction.h"
 
 namespace hypermap::wire {
 
@@ -25,6 +27,16 @@ std::string ObservationToBytes(const Observation& observation);
 std::string ObservationToBytes01(const Observation& observation);
 // DATA_LOSS for bytes that are not an observation. Assumes that polygons are valid.
 absl::StatusOr<Observation> ObservationFromBytes(absl::string_view bytes);
+
+void EncodeCorrectedPose(const CorrectedPose& pose, v1::CorrectedPose* message);
+// Decodes the poses of a request. Does not check what Validate(PoseCorrection) checks.
+absl::StatusOr<std::vector<CorrectedPose>> DecodeCorrectedPoses(
+    const google::protobuf::RepeatedPtrField<v1::CorrectedPose>& messages);
+
+// Encodes a correction as bytes: exact, and equal for equal corrections.
+std::string CorrectionToBytes(const PoseCorrection& correction);
+// DATA_LOSS for bytes that are not a valid correction.
+absl::StatusOr<PoseCorrection> CorrectionFromBytes(absl::string_view bytes);
 
 // Encodes an object as bytes, exactly.
 std::string ObjectToBytes(const SemanticObject& object);

@@ -3,7 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <functional>
+#include <string>
+
 #include "base/limits/limits.h"
+#include "hypermap/v1/ingest_service.pb.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::wire {
@@ -154,6 +159,47 @@ TEST(ObservationOnTheWire, BadOnesNameTheField) {
   EXPECT_THAT(
       problem([](auto& m) { *m.mutable_detections(0)->add_scores() = m.detections(0).scores(0); }),
       HasSubstr("o.detections[0].scores"));
+}
+
+TEST(PoseCorrectionWireTest, RoundTrips) {
+  PoseCorrection correction{"rob", {}};
+  for (int i = 0; i < 3; ++i) {
+    CorrectedPose pose{absl::FromUnixNanos(1'700'000'000'123'456'789 + i),
+                       PlanarTransform(0.1 * i, -1.0 / 3, 3.0), Eigen::Matrix3d::Zero()};
+    if (i > 0) pose.covariance.diagonal() << 1e-4, 2e-4, 0.1 * i;
+    correction.poses.push_back(pose);
+  }
+  const std::string bytes = CorrectionToBytes(correction);
+  const auto decoded = CorrectionFromBytes(bytes);
+  ASSERT_TRUE(decoded.ok()) << decoded.status();
+  EXPECT_EQ(decoded->robot, "rob");
+  ASSERT_EQ(decoded->poses.size(), 3u);
+  EXPECT_EQ(decoded->poses[1].stamp, correction.poses[1].stamp);
+  EXPECT_EQ(decoded->poses[1].frame_from_view, correction.poses[1].frame_from_view);
+  EXPECT_EQ(decoded->poses[2].covariance, correction.poses[2].covariance);
+  EXPECT_EQ(CorrectionToBytes(*decoded), bytes);
+  EXPECT_EQ(CorrectionFromBytes("no message").status().code(), absl::StatusCode::kDataLoss);
+  EXPECT_EQ(CorrectionFromBytes("").status().code(), absl::StatusCode::kDataLoss);
+}
+
+TEST(PoseCorrectionWireTest, ErrorsNameTheField) {
+  const auto problem = [](const std::function<void(v1::CorrectedPose&)>& change) {
+    v1::CorrectPosesRequest request;
+    for (int i = 0; i < 2; ++i) {
+      request.add_poses()->mutable_stamp();
+      request.mutable_poses(i)->mutable_pose();
+    }
+    change(*request.mutable_poses(1));
+    return std::string(DecodeCorrectedPoses(request.poses()).status().message());
+  };
+  EXPECT_EQ(problem([](auto&) {}), "");
+  EXPECT_THAT(problem([](auto& p) { p.clear_stamp(); }), HasSubstr("poses[1].stamp is missing"));
+  EXPECT_THAT(problem([](auto& p) { p.mutable_stamp()->set_nanos(-1); }),
+              HasSubstr("poses[1].stamp"));
+  EXPECT_THAT(problem([](auto& p) { p.clear_pose(); }), HasSubstr("poses[1].pose is missing"));
+  EXPECT_THAT(problem([](auto& p) { p.mutable_pose()->set_yaw(std::nan("")); }),
+              HasSubstr("poses[1].pose"));
+  EXPECT_THAT(problem([](auto& p) { p.add_covariance(1.0); }), HasSubstr("poses[1].covariance"));
 }
 
 }  // namespace

@@ -34,6 +34,7 @@
 #include "client_libs/cpp/watch.h"
 #include "map/edits/edit.h"
 #include "map/file_format.h"
+#include "map/observations/pose_correction.h"
 #include "map/query/as_of.h"
 #include "map/query/query.h"
 
@@ -255,6 +256,12 @@ class Client {
                                          absl::Time from = absl::InfinitePast(),
                                          absl::Time to = absl::InfiniteFuture(),
                                          const CallOptions& options = {});
+  // Gives a robot's observations the poses that were found out later, which are in the frame
+  // `frame_id`; empty: the map's own.
+  absl::StatusOr<Revision> CorrectPoses(const std::string& map, const std::string& layer,
+                                        const PoseCorrection& correction,
+                                        const std::string& frame_id = "",
+                                        const CallOptions& options = {});
   // Returns the observations that made an object of a fused layer.
   absl::StatusOr<ObjectHistory> ExplainObject(const std::string& map, const std::string& layer,
                                               ObjectId object_id, const CallOptions& options = {});

@@ -194,6 +194,26 @@ absl::StatusOr<Revision> Client::RetractSource(const std::string& map, const std
   return response.revision();
 }
 
+absl::StatusOr<Revision> Client::CorrectPoses(const std::string& map, const std::string& layer,
+                                              const PoseCorrection& correction,
+                                              const std::string& frame_id,
+                                              const CallOptions& options) {
+  v1::CorrectPosesRequest request;
+  request.set_map(map);
+  request.set_layer(layer);
+  request.set_robot(correction.robot);
+  request.set_frame_id(frame_id);
+  for (const CorrectedPose& pose : correction.poses) {
+    wire::EncodeCorrectedPose(pose, request.add_poses());
+  }
+  request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(&v1::IngestService::Stub::CorrectPoses, request, options));
+  return response.revision();
+}
+
 absl::StatusOr<ObjectHistory> Client::ExplainObject(const std::string& map,
                                                     const std::string& layer, ObjectId object_id,
                                                     const CallOptions& options) {

@@ -102,4 +102,12 @@ absl::StatusOr<Eigen::Isometry3d> Trajectory::At(absl::Time stamp,
                     before.rotation.slerp(share, after->rotation));
 }
 
+std::vector<Trajectory::Pose> Trajectory::Poses() const {
+  std::vector<Pose> poses;
+  for (const Sample& sample : samples_) {
+    if (sample.valid) poses.push_back({sample.stamp, ToIsometry(sample.position, sample.rotation)});
+  }
+  return poses;
+}
+
 }  // namespace hypermap::ingest

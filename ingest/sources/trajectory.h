@@ -36,6 +36,13 @@ class Trajectory {
   // next to a bad line.
   absl::StatusOr<Eigen::Isometry3d> At(absl::Time stamp, const TrajectoryLimits& limits) const;
 
+  struct Pose {
+    absl::Time stamp;
+    Eigen::Isometry3d pose;
+  };
+  // The poses of all good lines, ascending by stamp.
+  std::vector<Pose> Poses() const;
+
   int bad_lines() const { return bad_lines_; }
   // Nullopt if the file does not state it.
   const std::optional<PoseSigma>& pose_sigma() const { return pose_sigma_; }

@@ -8,6 +8,7 @@
 #include "absl/status/status.h"
 #include "client_libs/cpp/scoped_grpc.h"
 #include "client_libs/flags/command_table.h"
+#include "ingest/worker/correct_command.h"
 #include "ingest/worker/interruption.h"
 #include "ingest/worker/replay_command.h"
 #include "ingest/worker/serve_command.h"
@@ -26,6 +27,7 @@ int Main(int argc, char** argv) {
   app.require_subcommand(1);
   Command command;
   AddReplayCommand(app, command);
+  AddCorrectCommand(app, command);
   AddServeCommand(app, command);
   AddSimulateCommand(app, command);
   client::AddCommandTableOption(app);

@@ -103,12 +103,6 @@ absl::Status Run(ReplayArguments arguments, const Interruption& interruption) {
   return Judge(*summary);
 }
 
-CLI::Validator IsSigma() {
-  return CLI::Validator(
-      [](std::string& text) { return std::string(ParsePoseSigma(text).status().message()); },
-      "X,Y,YAW");
-}
-
 void AddSourceOptions(CLI::App& command, ReplayArguments& a) {
   RgbdOptions& dataset = a.replay.dataset;
   dataset.robot.clear();
@@ -137,7 +131,7 @@ void AddSourceOptions(CLI::App& command, ReplayArguments& a) {
                   "`# pose_sigma: X,Y,YAW` of the trajectory, else " +
                       FormatPoseSigma(kMotionCaptureSigma) + " for groundtruth.txt and " +
                       FormatPoseSigma(kLocalisationSigma) + " for other files)")
-      ->check(IsSigma());
+      ->check(IsPoseSigma());
   command
       .add_option("--max_association", a.max_association_s,
                   "Maximum seconds between a depth image and its detections")

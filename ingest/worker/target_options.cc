@@ -1,6 +1,7 @@
 #include "ingest/worker/target_options.h"
 
 #include "ingest/perception/pcl/region_growing_segmenter.h"
+#include "ingest/perception/pose_sigma.h"
 
 namespace hypermap::ingest {
 
@@ -23,6 +24,12 @@ void AddTargetOptions(CLI::App& command, TargetLayer& target) {
       .add_option("--parameters", target.parameters,
                   "Parameters of the fusion strategy, a JSON object of numbers")
       ->type_name("JSON");
+}
+
+CLI::Validator IsPoseSigma() {
+  return CLI::Validator(
+      [](std::string& text) { return std::string(ParsePoseSigma(text).status().message()); },
+      "X,Y,YAW");
 }
 
 void AddSegmenterOption(CLI::App& command, std::string& segmenter) {

@@ -15,6 +15,9 @@ namespace hypermap::ingest {
 // `target` must outlive the parser.
 void AddTargetOptions(CLI::App& command, TargetLayer& target);
 
+// Accepts what ParsePoseSigma does.
+CLI::Validator IsPoseSigma();
+
 // Adds --segmenter, whose value is an argument of MakeSegmenter(). `segmenter` must outlive the
 // parser.
 void AddSegmenterOption(CLI::App& command, std::string& segmenter);

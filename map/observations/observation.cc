@@ -121,13 +121,16 @@ ObservationKey KeyOf(const Observation& observation) {
   return {observation.stamp, observation.robot, observation.sequence};
 }
 
-absl::Status Validate(const Observation& observation) {
-  if (observation.robot.empty() || observation.robot.size() > 256) {
-    return Invalid("robot", "must have 1 to 256 bytes");
-  }
-  for (const char c : observation.robot) {
+absl::Status ValidateRobotName(absl::string_view robot) {
+  if (robot.empty() || robot.size() > 256) return Invalid("robot", "must have 1 to 256 bytes");
+  for (const char c : robot) {
     if (absl::ascii_iscntrl(c)) return Invalid("robot", "holds a control character");
   }
+  return absl::OkStatus();
+}
+
+absl::Status Validate(const Observation& observation) {
+  HYPERMAP_RETURN_IF_ERROR(ValidateRobotName(observation.robot));
   if (observation.sequence < 0) return Invalid("sequence", "is negative");
   if (observation.stamp == absl::InfinitePast() || observation.stamp == absl::InfiniteFuture()) {
     return Invalid("stamp", "is not finite");

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "map/frames/planar_transform.h"
 #include "map/geometry/polygon.h"
@@ -123,6 +124,9 @@ struct ObservationKey {
   friend std::strong_ordering operator<=>(const ObservationKey&, const ObservationKey&) = default;
 };
 ObservationKey KeyOf(const Observation& observation);
+
+// Returns INVALID_ARGUMENT unless it has 1 to 256 bytes without control characters.
+absl::Status ValidateRobotName(absl::string_view robot);
 
 // Returns INVALID_ARGUMENT naming the field that is wrong ("detections[3].weight: ..."). Does not
 // check polygons, which are valid by construction.

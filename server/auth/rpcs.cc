@@ -50,6 +50,8 @@ constexpr RpcInfo kRpcs[] = {
     {Rpc::kRenewGoal, kExplorationService, "RenewGoal", Role::kRobot, By::kOwner},
     {Rpc::kStartExploration, kExplorationService, "StartExploration", Role::kEditor, By::kOwner},
     {Rpc::kStopExploration, kExplorationService, "StopExploration", Role::kEditor, By::kOwner},
+    // A robot may correct its own poses only.
+    {Rpc::kCorrectPoses, kIngestService, "CorrectPoses", Role::kRobot, By::kOwner},
     {Rpc::kExplainObject, kIngestService, "ExplainObject", Role::kReader, By::kOwner},
     {Rpc::kObserve, kIngestService, "Observe", Role::kRobot, By::kOwner},
     {Rpc::kRebuildLayer, kIngestService, "RebuildLayer", Role::kEditor, By::kOwner},

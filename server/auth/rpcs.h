@@ -42,6 +42,7 @@ enum class Rpc {
   kStartExploration,
   kStopExploration,
   // hypermap.v1.IngestService
+  kCorrectPoses,
   kExplainObject,
   kObserve,
   kRebuildLayer,

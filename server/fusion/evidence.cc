@@ -23,8 +23,13 @@ absl::StatusOr<Evidence> DecodeEvidence(const storage::LogEntry& entry,
     absl::StatusOr<Observation> observation = codec.decode_observation(entry.body);
     if (!observation.ok()) return Damaged(entry.key, observation.status().message());
     if (KeyOf(*observation) != entry.key.after) return Damaged(entry.key, "has another's body");
-    return Evidence{entry.key, std::make_shared<const Observation>(*std::move(observation)),
-                    nullptr};
+    return Evidence{entry.key, std::make_shared<const Observation>(*std::move(observation))};
+  }
+  if (entry.kind == kPosesKind && codec.decode_correction) {
+    absl::StatusOr<PoseCorrection> correction = codec.decode_correction(entry.body);
+    if (!correction.ok()) return Damaged(entry.key, correction.status().message());
+    return Evidence{entry.key, nullptr, nullptr,
+                    std::make_shared<const PoseCorrection>(*std::move(correction))};
   }
   if (entry.kind != kPin && entry.kind != kRemove) {
     return Damaged(entry.key, absl::StrCat("is of no known kind, ", entry.kind));
@@ -49,8 +54,14 @@ storage::LoggedFact EncodeFact(const storage::LogKey& key, const fusion::Operato
   return {key, pin ? kPin : kRemove, fact.track, codec.encode_object(fact.object)};
 }
 
+storage::LoggedFact EncodeFact(const storage::LogKey& key, const PoseCorrection& correction,
+                               const EvidenceCodec& codec) {
+  return {key, kPosesKind, "", codec.encode_correction(correction)};
+}
+
 fusion::StatePtr Fold(const fusion::Strategy& strategy, const fusion::StatePtr& state,
                       const Evidence& evidence, fusion::FoldReport* report) {
+  if (evidence.correction) return state;
   if (evidence.fact) return strategy.Fold(state, *evidence.fact);
   return strategy.Fold(state, *evidence.observation, report);
 }

@@ -11,12 +11,17 @@
 
 namespace hypermap::server {
 
-// An entry of the log: either an observation or a fact is set, the other is null.
+// An entry of the log: one of the three is set, the others are null.
 struct Evidence {
   storage::LogKey key;
   std::shared_ptr<const Observation> observation;  // in the layer's frame
   std::shared_ptr<const fusion::OperatorFact> fact;
+  // Changes observations that precede it in the log, which EvidenceLog has done; no state.
+  std::shared_ptr<const PoseCorrection> correction;  // in the layer's frame
 };
+
+// The kind of a LoggedFact that is a correction.
+inline constexpr char kPosesKind[] = "poses";
 
 // DATA_LOSS naming the entry if it is damaged.
 absl::StatusOr<Evidence> DecodeEvidence(const storage::LogEntry& entry, const EvidenceCodec& codec);
@@ -25,6 +30,8 @@ absl::StatusOr<Evidence> DecodeEvidence(const storage::LogEntry& entry, const Ev
 storage::EvidenceCheck CheckBy(const EvidenceCodec& codec);
 
 storage::LoggedFact EncodeFact(const storage::LogKey& key, const fusion::OperatorFact& fact,
+                               const EvidenceCodec& codec);
+storage::LoggedFact EncodeFact(const storage::LogKey& key, const PoseCorrection& correction,
                                const EvidenceCodec& codec);
 
 // Returns the state after the entry. `report` may be null; only observations fill it.

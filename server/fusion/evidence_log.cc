@@ -40,6 +40,12 @@ absl::StatusOr<EvidenceLog> EvidenceLog::Open(std::string layer, storage::Fusion
     log.num_facts_ = std::max(log.num_facts_, base->num_facts);
   }
   log.complete_after_ = log.last_;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<storage::LogEntry> corrections,
+                            stored->FactsOfKind(log.layer_, kPosesKind));
+  for (const storage::LogEntry& entry : corrections) {
+    HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, *codec));
+    log.Keep(entry.key, std::move(evidence.correction));
+  }
   return log;
 }
 
@@ -104,18 +110,20 @@ storage::LogKey EvidenceLog::Add(std::shared_ptr<const fusion::OperatorFact> fac
   return key;
 }
 
-absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::string& robot,
-                                                                 absl::Time from, absl::Time to) {
+absl::Status EvidenceLog::CheckKept(const std::string& robot, absl::Time from,
+                                    absl::string_view what) const {
   const absl::Time kept_after = begin_.after.stamp;
-  if (begin_ != storage::BeforeAll() && from <= kept_after) {
-    HYPERMAP_ASSIGN_OR_RETURN(const bool has_forgotten, stored_->HasForgotten(layer_, robot));
-    if (has_forgotten) {
-      return absl::FailedPreconditionError(absl::StrCat(
-          "evidence of ", absl::FormatTime(kept_after, absl::UTCTimeZone()),
-          " and before is no longer kept (--observation_age): observations of robot \"", robot,
-          "\" can be retracted from later times on only"));
-    }
-  }
+  if (begin_ == storage::BeforeAll() || from > kept_after) return absl::OkStatus();
+  HYPERMAP_ASSIGN_OR_RETURN(const bool has_forgotten, stored_->HasForgotten(layer_, robot));
+  if (!has_forgotten) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat("evidence of ", absl::FormatTime(kept_after, absl::UTCTimeZone()),
+                   " and before is no longer kept (--observation_age): observations of robot \"",
+                   robot, "\" can be ", what, " from later times on only"));
+}
+
+absl::StatusOr<std::set<ObservationKey>> EvidenceLog::KeysOf(const std::string& robot,
+                                                             absl::Time from, absl::Time to) const {
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObservationKey> stored,
                             stored_->KeysOf(layer_, robot, from, to));
   std::set<ObservationKey> keys(stored.begin(), stored.end());
@@ -125,13 +133,18 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::stri
       keys.insert(name);
     }
   }
-  std::vector<ObservationKey> retracted;
-  for (const ObservationKey& key : keys) {
-    if (!retracted_.insert(key).second) continue;
-    retracted.push_back(key);
-    change_.retracted.push_back(key);
-  }
+  std::erase_if(keys, [&](const ObservationKey& key) { return retracted_.count(key) > 0; });
+  return keys;
+}
+
+absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::string& robot,
+                                                                 absl::Time from, absl::Time to) {
+  HYPERMAP_RETURN_IF_ERROR(CheckKept(robot, from, "retracted"));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::set<ObservationKey> keys, KeysOf(robot, from, to));
+  const std::vector<ObservationKey> retracted(keys.begin(), keys.end());
   if (retracted.empty()) return retracted;
+  retracted_.insert(keys.begin(), keys.end());
+  change_.retracted.insert(change_.retracted.end(), keys.begin(), keys.end());
   newest_stamps_.erase(robot);
   retracted_robots_.insert(robot);
   added_stamps_.erase(robot);
@@ -144,10 +157,56 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::stri
   return retracted;
 }
 
+absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Correct(const PoseCorrection& correction) {
+  const std::string& robot = correction.robot;
+  const absl::Time from = correction.poses.front().stamp;
+  const absl::Time to = correction.poses.back().stamp + absl::Nanoseconds(1);
+  HYPERMAP_RETURN_IF_ERROR(CheckKept(robot, from, "corrected"));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::set<ObservationKey> keys, KeysOf(robot, from, to));
+  std::vector<ObservationKey> corrected;
+  for (const ObservationKey& key : keys) {
+    if (PoseAt(correction.poses, key.stamp)) corrected.push_back(key);
+  }
+  if (corrected.empty()) return corrected;
+  const storage::LogKey key{last_.after, num_facts_ + 1};
+  storage::LoggedFact fact = EncodeFact(key, correction, *codec_);
+  // The decoded bytes are what a restart knows: both must move evidence to the same place, to the
+  // last bit.
+  HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence,
+                            DecodeEvidence({key, fact.kind, fact.track, fact.body}, *codec_));
+  num_facts_ = key.number;
+  last_ = key;
+  Keep(key, evidence.correction);
+  recent_.emplace(key, std::move(evidence));
+  change_.facts.push_back(std::move(fact));
+  return corrected;
+}
+
+void EvidenceLog::Keep(const storage::LogKey& key,
+                       std::shared_ptr<const PoseCorrection> correction) {
+  num_poses_ += static_cast<int64_t>(correction->poses.size());
+  corrections_[correction->robot][key] = std::move(correction);
+}
+
+std::shared_ptr<const Observation> EvidenceLog::Corrected(
+    std::shared_ptr<const Observation> observation) const {
+  const auto of_robot = corrections_.find(observation->robot);
+  if (of_robot == corrections_.end()) return observation;
+  const storage::LogKey key{KeyOf(*observation), 0};
+  for (auto it = of_robot->second.rbegin(); it != of_robot->second.rend() && key < it->first;
+       ++it) {
+    const std::optional<CorrectedPose> pose = PoseAt(it->second->poses, observation->stamp);
+    if (pose) return std::make_shared<const Observation>(WithPose(*observation, *pose));
+  }
+  return observation;
+}
+
 absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
     const ObservationKey& key) const {
   const storage::LogKey log_key{key, 0};
-  if (const auto it = recent_.find(log_key); it != recent_.end()) return it->second.observation;
+  if (const auto it = recent_.find(log_key); it != recent_.end()) {
+    return Corrected(it->second.observation);
+  }
   // The log is read after a key: this one is greater than all keys before log_key.
   storage::LogKey before = log_key;
   --before.after.sequence;
@@ -158,12 +217,13 @@ absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
     return absl::DataLossError("an observation is not where the log has it");
   }
   HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entries.front(), *codec_));
-  return std::move(evidence.observation);
+  return Corrected(std::move(evidence.observation));
 }
 
 absl::StatusOr<std::optional<Evidence>> EvidenceLog::Decode(const storage::LogEntry& entry) const {
   if (entry.key.number == 0 && retracted_.count(entry.key.after) > 0) return std::nullopt;
   HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, *codec_));
+  if (evidence.observation) evidence.observation = Corrected(std::move(evidence.observation));
   return evidence;
 }
 
@@ -175,7 +235,11 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
   const auto visit_recent = [&]() -> absl::Status {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
     const bool retracted = recent->second.observation && retracted_.count(recent->first.after) > 0;
-    if (!retracted) goes_on = visit(recent->second);
+    if (!retracted) {
+      Evidence evidence = recent->second;
+      if (evidence.observation) evidence.observation = Corrected(std::move(evidence.observation));
+      goes_on = visit(evidence);
+    }
     ++recent;
     return absl::OkStatus();
   };
@@ -212,6 +276,12 @@ void EvidenceLog::BeginAfter(const storage::LogKey& base) {
   begin_ = base;
   recent_.erase(recent_.begin(), recent_.upper_bound(base));
   complete_after_ = std::max(complete_after_, base);
+  for (auto& [robot, corrections] : corrections_) {
+    while (!corrections.empty() && corrections.begin()->first <= base) {
+      num_poses_ -= static_cast<int64_t>(corrections.begin()->second->poses.size());
+      corrections.erase(corrections.begin());
+    }
+  }
 }
 
 void EvidenceLog::TakeChange(storage::FusionChange* change) {

@@ -45,7 +45,8 @@ class EvidenceLog {
   // FusionLog::Sequences.
   absl::StatusOr<std::vector<SequenceRange>> Sequences(const std::string& robot) const;
 
-  // Adds an observation in the layer's frame. REQUIRES: the log has no entry with its key.
+  // Adds an observation in the layer's frame, without corrections. REQUIRES: the log has no entry
+  // with its key.
   void Add(std::shared_ptr<const Observation> observation, storage::LoggedObservation logged);
   // Adds a fact that an operator stated, after all other entries. Returns its key.
   storage::LogKey Add(std::shared_ptr<const fusion::OperatorFact> fact);
@@ -53,6 +54,18 @@ class EvidenceLog {
   // FAILED_PRECONDITION if some of them may be forgotten.
   absl::StatusOr<std::vector<ObservationKey>> Retract(const std::string& robot, absl::Time from,
                                                       absl::Time to);
+  // Adds a correction, in the layer's frame, after all other entries; it corrects the observations
+  // of its robot that precede it in the log, also those that come later. Returns their keys, in
+  // order; if there are none, nothing is added.
+  // FAILED_PRECONDITION if some of them may be forgotten.
+  absl::StatusOr<std::vector<ObservationKey>> Correct(const PoseCorrection& correction);
+  // An observation of the log, or one that it is about to get, as the corrections leave it.
+  std::shared_ptr<const Observation> Corrected(
+      std::shared_ptr<const Observation> observation) const;
+
+  // Memory of the corrections.
+  int64_t correction_bytes() const { return num_poses_ * int64_t{sizeof(CorrectedPose)}; }
+
   // The observation with this key. It may have been retracted since the last Written. DATA_LOSS if
   // it is not in the log.
   absl::StatusOr<std::shared_ptr<const Observation>> Get(const ObservationKey& key) const;
@@ -79,6 +92,15 @@ class EvidenceLog {
   EvidenceLog(std::string layer, storage::FusionLog* stored, const EvidenceCodec* codec)
       : layer_(std::move(layer)), stored_(stored), codec_(codec) {}
 
+  // Refuses what may concern observations of the robot since `from` that are no longer kept. `what`
+  // continues "observations of robot X can be".
+  absl::Status CheckKept(const std::string& robot, absl::Time from, absl::string_view what) const;
+  // The observations of a robot with from <= stamp < to that are not retracted.
+  absl::StatusOr<std::set<ObservationKey>> KeysOf(const std::string& robot, absl::Time from,
+                                                  absl::Time to) const;
+
+  void Keep(const storage::LogKey& key, std::shared_ptr<const PoseCorrection> correction);
+
   // Decodes an entry of the store; nullopt if it is retracted, which the store may not know yet.
   absl::StatusOr<std::optional<Evidence>> Decode(const storage::LogEntry& entry) const;
 
@@ -93,7 +115,12 @@ class EvidenceLog {
   // Upper bound of all keys; facts are added after it.
   storage::LogKey last_ = storage::BeforeAll();
   int64_t num_facts_ = 0;  // number of the newest fact
-  // A cache: all entries after complete_after_, and all that are not stored yet.
+  // Of each robot, ordered by key: of those that cover an observation the last one counts.
+  std::map<std::string, std::map<storage::LogKey, std::shared_ptr<const PoseCorrection>>>
+      corrections_;
+  int64_t num_poses_ = 0;  // of corrections_
+  // A cache: all entries after complete_after_, and all that are not stored yet. Observations are
+  // without corrections.
   std::map<storage::LogKey, Evidence> recent_;
   storage::LogKey complete_after_ = storage::BeforeAll();
 

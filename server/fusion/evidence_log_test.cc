@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/fusion/testing/fused_map.h"
 #include "server/fusion/testing/memory_fusion_log.h"
 #include "tests/support/random_map.h"
 #include "wire/observation.h"
@@ -39,10 +40,7 @@ class CountingLog : public MemoryFusionLog {
 
 class EvidenceLogTest : public ::testing::Test {
  protected:
-  EvidenceLogTest()
-      : codec_{&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
-               &wire::ObjectFromBytes},
-        log_(*EvidenceLog::Open("things", &stored_, &codec_)) {}
+  EvidenceLogTest() : codec_(TestCodec()), log_(*EvidenceLog::Open("things", &stored_, &codec_)) {}
 
   void Add(const std::string& robot, int64_t sequence, absl::Time stamp) {
     auto observation = std::make_shared<Observation>();

@@ -102,7 +102,8 @@ TEST_P(EvidenceRetentionTest, NothingThatIsShownChanges) {
   for (int step = 0; step < 600 || times_forgotten < 4; ++step) {
     ASSERT_LT(step, 20'000);
     now_ += absl::Milliseconds(100 * UniformInt(rng_, 0, 20));
-    // Retractions and rebuilds are rare, because they drop the checkpoints that could be bases.
+    // Retractions, corrections and rebuilds are rare, because they drop the checkpoints that could
+    // be bases.
     switch (UniformInt(rng_, 0, 100)) {
       case 0:
         map_.Restart();
@@ -137,6 +138,22 @@ TEST_P(EvidenceRetentionTest, NothingThatIsShownChanges) {
         break;
       }
       case 9: {
+        const absl::Time from = now_ - absl::Seconds(UniformInt(rng_, 0, 100));
+        PoseCorrection correction{"robot 1", {}};
+        for (int i = 0; i < 6; ++i) {
+          const double x = 0.05 * UniformInt(rng_, -4, 4);
+          correction.poses.push_back({from + i * kMaxPoseGap, PlanarTransform(x, 0.0, 0.02 * i),
+                                      1e-4 * Eigen::Matrix3d::Identity()});
+        }
+        const CorrectPoses correct{"things", "", correction};
+        const auto edits = map_.Run(correct);
+        if (edits.ok()) ASSERT_TRUE(oracle_.Run(correct).ok());
+        EXPECT_TRUE(edits.ok() || absl::IsNotFound(edits.status()) ||
+                    (absl::IsFailedPrecondition(edits.status()) && from <= BeginOfLog()))
+            << edits.status();
+        break;
+      }
+      case 10: {
         // The layer shows the fold of what is left.
         const auto rebuilt = map_.Run(RebuildFusion{"things", "", ""});
         ASSERT_TRUE(rebuilt.ok()) << rebuilt.status();
@@ -189,13 +206,17 @@ TEST_P(EvidenceRetentionTest, ForgottenObservationsAreNotTakenForNewOnes) {
             ObservationOutcome::kAccepted);
 }
 
-TEST_P(EvidenceRetentionTest, RetractionOfForgottenObservationsIsRefused) {
+TEST_P(EvidenceRetentionTest, ChangesOfForgottenObservationsAreRefused) {
   ASSERT_NO_FATAL_FAILURE(ObserveUntilSomethingIsForgotten("a"));
   ASSERT_NO_FATAL_FAILURE(Observe("b"));
   const std::vector<SemanticObject> before = map_.Objects();
   const absl::Status status = map_.Run(RetractObservations{"things", "a"}).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
   EXPECT_THAT(std::string(status.message()), HasSubstr("--observation_age"));
+  EXPECT_EQ(map_.Objects(), before);
+  const PoseCorrection correction{"a", {{BeginOfLog(), PlanarTransform()}}};
+  const absl::Status uncorrected = map_.Run(CorrectPoses{"things", "", correction}).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(uncorrected)) << uncorrected;
   EXPECT_EQ(map_.Objects(), before);
   // Nothing of the other robot is forgotten.
   EXPECT_TRUE(map_.Run(RetractObservations{"things", "b"}).ok());

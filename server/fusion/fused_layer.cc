@@ -215,11 +215,13 @@ absl::StatusOr<FusedLayer::Judged> FusedLayer::Judge(const Observation& observat
   // Checked before the observation is in the log: an edit of Fold that failed would break the
   // group.
   const ExploredArea area(snapshot, settings_.exploration_layer, kept->frame_id);
-  if (absl::Status status = area.Check(kept->free_space, limits); !status.ok()) {
+  auto observed = std::make_shared<const Observation>(*std::move(kept));
+  if (absl::Status status = area.Check(log_.Corrected(observed)->free_space, limits);
+      !status.ok()) {
     return invalid(status);
   }
   Judged judged = verdict(ObservationOutcome::kAccepted, "");
-  judged.kept = std::make_shared<const Observation>(*std::move(kept));
+  judged.kept = std::move(observed);
   judged.logged = std::move(logged);
   return judged;
 }
@@ -234,7 +236,7 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   ChangedAt(key);
   ChangeLate(key, judged.logged.body);
   ++new_entries_;
-  explored_.push_back(judged.kept->free_space);
+  explored_.push_back(log_.Corrected(judged.kept)->free_space);
   log_.Add(std::move(judged.kept), std::move(judged.logged));
   return std::move(judged.verdict);
 }
@@ -269,7 +271,7 @@ absl::StatusOr<bool> FusedLayer::BeginLate(Lane lane,
     expected.known[{key.after.robot, key.after.sequence}] = {judged.logged.content_hash};
     absl::Time& newest = expected.newest.emplace(key.after.robot, key.after.stamp).first->second;
     newest = std::max(newest, key.after.stamp);
-    late[key] = {std::move(judged.kept), std::move(judged.logged.body)};
+    late[key] = {log_.Corrected(std::move(judged.kept)), std::move(judged.logged.body)};
   }
   if (late.empty()) return false;
   HYPERMAP_ASSIGN_OR_RETURN(FoldPoint before, CheckpointBefore(late.begin()->first));
@@ -335,6 +337,27 @@ absl::StatusOr<int64_t> FusedLayer::Retract(const std::string& robot, absl::Time
     if (settings_.exploration_layer.empty()) continue;
     HYPERMAP_ASSIGN_OR_RETURN(std::shared_ptr<const Observation> observation, log_.Get(key));
     not_explored_.push_back(observation->free_space);
+  }
+  return static_cast<int64_t>(keys.size());
+}
+
+absl::StatusOr<int64_t> FusedLayer::Correct(const PoseCorrection& correction) {
+  const bool explores = !settings_.exploration_layer.empty();
+  const EvidenceLog before = log_;
+  HYPERMAP_ASSIGN_OR_RETURN(const std::vector<ObservationKey> keys, log_.Correct(correction));
+  for (const ObservationKey& key : keys) {
+    HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+    ChangedAt({key, 0});
+    if (!explores) continue;
+    HYPERMAP_ASSIGN_OR_RETURN(const auto was, before.Get(key));
+    HYPERMAP_ASSIGN_OR_RETURN(const auto is, log_.Get(key));
+    not_explored_.push_back(was->free_space);
+    explored_.push_back(is->free_space);
+  }
+  // Late observations may be corrected, too.
+  if (!keys.empty()) {
+    for (std::optional<LateFold>& late : late_) late.reset();
+    ++new_entries_;
   }
   return static_cast<int64_t>(keys.size());
 }
@@ -435,7 +458,7 @@ bool FusedLayer::TakeLate() {
 }
 
 void FusedLayer::CountBytes() {
-  bytes_ = fold_.Bytes();
+  bytes_ = fold_.Bytes() + log_.correction_bytes();
   for (const std::optional<LateFold>& late : late_) {
     if (late) bytes_ += late->fold().Bytes();
   }

@@ -41,7 +41,7 @@ struct OperatorEdit {
 };
 
 // The fold of a log, and the objects of the layer that show it. A revision is made in these steps:
-//   1. Admit, Tell, Retract or Rebuild change the log.
+//   1. Admit, Tell, Retract, Correct or Rebuild change the log.
 //   2. Fold folds the changed part of the log, and returns the edits that make the layer show the
 //      result.
 //   3. The caller applies the edits. Finish gets the ids of new objects, and returns the changes to
@@ -129,6 +129,10 @@ class FusedLayer {
   // Retracts the observations of a robot with from <= stamp < to. Returns their number.
   // FAILED_PRECONDITION if some of them may be forgotten.
   absl::StatusOr<int64_t> Retract(const std::string& robot, absl::Time from, absl::Time to);
+
+  // Adds a correction, in the layer's frame, to the log. Returns the number of observations that it
+  // corrects; 0: nothing has changed. FAILED_PRECONDITION if some of them may be forgotten.
+  absl::StatusOr<int64_t> Correct(const PoseCorrection& correction);
 
   // Makes Fold start at the beginning of the log, with other settings. What evidence before it did
   // stays as it is, so that there the strategy can't change: FAILED_PRECONDITION.
@@ -226,8 +230,8 @@ class FusedLayer {
   int64_t bytes_ = 0;
   int64_t new_entries_ = 0;  // entries that no stored checkpoint contains
 
-  // Changes that are not folded yet: the first changed key, and the free space of accepted and of
-  // retracted observations.
+  // Changes that are not folded yet: the first changed key, and the free space of accepted and
+  // corrected observations, and that of retracted ones and of corrected ones before.
   std::optional<storage::LogKey> changed_at_;
   bool tip_is_shown_ = true;  // Whether Fold has returned the edits that show the tip.
   std::vector<Polygon> explored_;

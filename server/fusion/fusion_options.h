@@ -12,6 +12,7 @@
 #include "base/limits/limits.h"
 #include "map/fusion/strategy.h"
 #include "map/observations/observation.h"
+#include "map/observations/pose_correction.h"
 
 namespace hypermap::server {
 
@@ -22,6 +23,8 @@ struct EvidenceCodec {
   std::function<absl::StatusOr<Observation>(absl::string_view)> decode_observation;
   std::function<std::string(const SemanticObject&)> encode_object;
   std::function<absl::StatusOr<SemanticObject>(absl::string_view)> decode_object;
+  std::function<std::string(const PoseCorrection&)> encode_correction;
+  std::function<absl::StatusOr<PoseCorrection>(absl::string_view)> decode_correction;
   // The encoding of version 0.1, whose hashes old logs contain: needed to recognise a retry of an
   // observation that version 0.1 stored. May be empty.
   std::function<std::string(const Observation&)> encode_observation_01 = nullptr;

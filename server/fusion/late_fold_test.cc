@@ -66,7 +66,7 @@ class LateFoldTest : public ::testing::TestWithParam<const char*> {
 
   // Something that changes the log.
   void ChangeSomething() {
-    switch (UniformInt(rng_, 0, 6)) {
+    switch (UniformInt(rng_, 0, 7)) {
       case 0: {
         const std::vector<SemanticObject> objects = oracle_.Objects();
         if (objects.empty()) return;
@@ -87,7 +87,21 @@ class LateFoldTest : public ::testing::TestWithParam<const char*> {
               .IgnoreError();
         });
       }
-      case 2:
+      case 2: {
+        PoseCorrection correction{"robot a", {}};
+        const int from_s = UniformInt(rng_, 0, static_cast<int>(now_s_));
+        for (int i = 0; i < 5; ++i) {
+          correction.poses.push_back(
+              {absl::FromUnixSeconds(1'700'000'000 + from_s) + i * kMaxPoseGap,
+               PlanarTransform(0.01 * UniformInt(rng_, -20, 20), 0.0,
+                               0.01 * UniformInt(rng_, -5, 5)),
+               0.001 * Eigen::Matrix3d::Identity()});
+        }
+        return Both([&](FusedMap& map) {
+          map.Run(CorrectPoses{"things", "", correction}).status().IgnoreError();
+        });
+      }
+      case 3:
         if (UniformInt(rng_, 0, 9) > 0) return;
         return Both([](FusedMap& map) {
           ASSERT_TRUE(map.Run(RebuildFusion{"things", "", ""}).ok());

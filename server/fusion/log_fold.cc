@@ -62,7 +62,7 @@ void EntryFolder::Fold(const Evidence& evidence) {
   }
   Finish();
   fold_->Advance(evidence.key,
-                 fold_->strategy().Fold(fold_->tip().state, *evidence.observation, nullptr), 1);
+                 server::Fold(fold_->strategy(), fold_->tip().state, evidence, nullptr), 1);
 }
 
 void EntryFolder::Finish() {

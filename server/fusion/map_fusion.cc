@@ -341,6 +341,25 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
   return Try(snapshot, command.layer, std::move(rest));
 }
 
+absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
+                                             const CorrectPoses& command) {
+  HYPERMAP_ASSIGN_OR_RETURN(const FusedLayer* const fused, Find(snapshot, command.layer));
+  HYPERMAP_RETURN_IF_ERROR(Validate(command.correction));
+  HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(command.layer));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, snapshot.ResolveFrame(command.frame_id));
+  HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_frame,
+                            snapshot.frames.Lookup(layer->spec().frame_id, frame));
+  const PoseCorrection correction = Transformed(command.correction, layer_from_frame);
+  std::unique_ptr<FusedLayer> corrected = fused->Copy();
+  HYPERMAP_ASSIGN_OR_RETURN(const int64_t changed, corrected->Correct(correction));
+  if (changed == 0) {
+    return absl::NotFoundError(absl::StrCat("layer \"", command.layer,
+                                            "\" has no observations of robot \"", correction.robot,
+                                            "\" at the times of the poses"));
+  }
+  return Try(snapshot, command.layer, std::move(corrected));
+}
+
 void MapFusion::Written() {
   deleted_.clear();
   for (auto it = layers_.begin(); it != layers_.end();) {

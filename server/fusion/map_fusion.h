@@ -50,7 +50,15 @@ struct RetractObservations {
   absl::Time to = absl::InfiniteFuture();
 };
 
-using FusionCommand = std::variant<StartFusion, RebuildFusion, RetractObservations>;
+// Corrects the poses of a robot's observations; `frame_id` is the frame of the poses. NOT_FOUND if
+// it corrects none.
+struct CorrectPoses {
+  std::string layer;
+  std::string frame_id;
+  PoseCorrection correction;
+};
+
+using FusionCommand = std::variant<StartFusion, RebuildFusion, RetractObservations, CorrectPoses>;
 
 // The edits that fused layers add to a revision.
 struct FusionReaction {
@@ -88,7 +96,7 @@ class MapFusion {
   absl::StatusOr<FusionReaction> React(const Snapshot& before, const EditBatch& batch,
                                        const AppliedBatch& applied);
 
-  // Rebuilds and retracts on a copy of the layer, which replaces it in Finish.
+  // Rebuilds, retracts and corrects on a copy of the layer, which replaces it in Finish.
   absl::StatusOr<FusionReaction> Run(const Snapshot& snapshot, const FusionCommand& command);
 
   // Adds observations to a layer's log, without folding it: FoldAdmitted does so once for many
@@ -154,6 +162,7 @@ class MapFusion {
   absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const StartFusion& command);
   absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const RebuildFusion& command);
   absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const RetractObservations& command);
+  absl::StatusOr<FusionReaction> Do(const Snapshot& snapshot, const CorrectPoses& command);
 
   // Makes a layer a fused one that is not yet.
   absl::Status Begin(const Snapshot& snapshot, const StartFusion& command);

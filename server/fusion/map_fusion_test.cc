@@ -367,8 +367,7 @@ TEST(AdmissionTest, ObservationIsEncodedAsOftenAsItsFormsDiffer) {
 
 TEST(StoredSettingsTest, DamageIsNotTheCallersFault) {
   FusionOptions options;
-  options.codec = {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
-                   &wire::ObjectFromBytes};
+  options.codec = TestCodec();
   for (const storage::FusionSettings& settings :
        {storage::FusionSettings{"evidence", "[", ""}, storage::FusionSettings{"unknown", "", ""}}) {
     MemoryFusionLog log;

@@ -9,8 +9,9 @@ namespace hypermap::server {
 
 // Evidence is stored in the encoding of the wire contract, whose compatibility is checked.
 inline EvidenceCodec WireEvidenceCodec() {
-  return {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
-          &wire::ObjectFromBytes, &wire::ObservationToBytes01};
+  return {&wire::ObservationToBytes,  &wire::ObservationFromBytes, &wire::ObjectToBytes,
+          &wire::ObjectFromBytes,     &wire::CorrectionToBytes,    &wire::CorrectionFromBytes,
+          &wire::ObservationToBytes01};
 }
 
 }  // namespace hypermap::server

@@ -430,6 +430,8 @@ TEST_F(ForwardedObserveTest, CommandsAndExplanationsAreThoseOfTheOwner) {
   ASSERT_TRUE(explained.ok()) << explained.status();
   EXPECT_EQ(explained->events.size(), direct.ExplainObject("site", "cups", id)->events.size());
   EXPECT_TRUE(client.RebuildLayer("site", "cups", "", "").ok());
+  const PoseCorrection correction{"cart", {{explained->events[0].at.stamp, PlanarTransform()}}};
+  EXPECT_TRUE(client.CorrectPoses("site", "cups", correction).ok());
   EXPECT_TRUE(client.RetractSource("site", "cups", "cart").ok());
   EXPECT_EQ(SessionOf(other_).snapshot()->revision, 0);
 }

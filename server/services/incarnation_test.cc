@@ -225,6 +225,8 @@ TEST_F(IncarnationTest, ObservationsAndTheirCommandsAreCheckedAndAnsweredWithIt)
                     .RetractSource("site", "cups", "cart", absl::InfinitePast(),
                                    absl::InfiniteFuture(), Expecting(kOther))
                     .status());
+  const PoseCorrection correction{"cart", {CorrectedPose{}}};
+  ExpectAborted(client_.CorrectPoses("site", "cups", correction, "", Expecting(kOther)).status());
 }
 
 // Without the check, the old map's edit would be carried out anew, because the new map does not

@@ -8,6 +8,7 @@
 #include "server/services/observe_call.h"
 #include "server/session/object_history.h"
 #include "wire/ingest.h"
+#include "wire/observation.h"
 #include "wire/time.h"
 
 namespace hypermap::server {
@@ -69,6 +70,22 @@ grpc::ServerUnaryReactor* IngestService::RetractSource(grpc::CallbackServerConte
     RetractObservations command{request.layer(), request.robot()};
     if (request.has_from()) command.from = wire::DecodeTime(request.from());
     if (request.has_to()) command.to = wire::DecodeTime(request.to());
+    return StartCommand(facilities_, call, request, std::move(command), call->response());
+  });
+}
+
+grpc::ServerUnaryReactor* IngestService::CorrectPoses(grpc::CallbackServerContext* context,
+                                                      const grpc::ByteBuffer* request,
+                                                      grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::CorrectPosesRequest, v1::CorrectPosesResponse>(
+      facilities_.for_calls(), context, Rpc::kCorrectPoses, {request, response});
+  return StartOn(&facilities_.workers->writes, call, [this, call] {
+    const v1::CorrectPosesRequest& request = call->request();
+    HYPERMAP_RETURN_IF_ERROR(call->context().caller().CheckRobot(request.robot()));
+    server::CorrectPoses command{request.layer(), request.frame_id(), {request.robot(), {}}};
+    HYPERMAP_ASSIGN_OR_RETURN(command.correction.poses,
+                              wire::DecodeCorrectedPoses(request.poses()));
+    HYPERMAP_RETURN_IF_ERROR(Validate(command.correction));
     return StartCommand(facilities_, call, request, std::move(command), call->response());
   });
 }

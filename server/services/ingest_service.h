@@ -17,8 +17,9 @@ namespace hypermap::server {
 class IngestService : public v1::IngestService::WithRawCallbackMethod_Observe<
                           v1::IngestService::WithRawCallbackMethod_RebuildLayer<
                               v1::IngestService::WithRawCallbackMethod_RetractSource<
-                                  v1::IngestService::WithRawCallbackMethod_ExplainObject<
-                                      v1::IngestService::Service>>>> {
+                                  v1::IngestService::WithRawCallbackMethod_CorrectPoses<
+                                      v1::IngestService::WithRawCallbackMethod_ExplainObject<
+                                          v1::IngestService::Service>>>>> {
  public:
   explicit IngestService(const Facilities& facilities) : facilities_(facilities) {}
 
@@ -33,6 +34,9 @@ class IngestService : public v1::IngestService::WithRawCallbackMethod_Observe<
   grpc::ServerUnaryReactor* RetractSource(grpc::CallbackServerContext* context,
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* CorrectPoses(grpc::CallbackServerContext* context,
+                                         const grpc::ByteBuffer* request,
+                                         grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ExplainObject(grpc::CallbackServerContext* context,
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;

@@ -94,6 +94,18 @@ class RequestIdReuseTest : public ::testing::Test {
         });
   }
 
+  grpc::Status CorrectPoses(const std::string& request_id) {
+    return Call<v1::CorrectPosesResponse, v1::IngestService::Stub, v1::CorrectPosesRequest>(
+        *ingest_, &v1::IngestService::Stub::CorrectPoses, request_id,
+        [](v1::CorrectPosesRequest& request) {
+          request.set_layer("cups");
+          request.set_robot("a");
+          v1::CorrectedPose& pose = *request.add_poses();
+          pose.mutable_stamp();
+          pose.mutable_pose();
+        });
+  }
+
   grpc::Status StartExploration(const std::string& request_id) {
     return Call<v1::StartExplorationResponse, v1::ExplorationService::Stub,
                 v1::StartExplorationRequest>(*server_.exploration,
@@ -165,6 +177,7 @@ TEST_F(RequestIdReuseTest, C6AnotherRpcIsRefusedAndTheOtherRequestIsNamed) {
       {"SetTransform", [this] { return SetTransform("r1", 1); }},
       {"RebuildLayer", [this] { return RebuildLayer("r1"); }},
       {"RetractSource", [this] { return RetractSource("r1"); }},
+      {"CorrectPoses", [this] { return CorrectPoses("r1"); }},
       {"StartExploration", [this] { return StartExploration("r1"); }},
       {"ImportMap", [this] { return Import("r1", "site", kCup); }},
   };

@@ -458,6 +458,68 @@ TEST(MapFusionTest, RetractingATimeTakesOnlyThatTime) {
   ExpectShowsTheSame(site, without);
 }
 
+TEST(MapFusionTest, CorrectedObservationsAreAsIfTheirPosesHadBeenClaimed) {
+  FusedSite site;
+  FusedSite claimed;
+  for (FusedSite* s : {&site, &claimed}) s->Start();
+  const auto drift = [](absl::Time stamp) {
+    const double t = absl::ToDoubleSeconds(stamp - kBegin);
+    return CorrectedPose{stamp, PlanarTransform(0.25 * t, -0.5, 0.01 * t)};
+  };
+  PoseCorrection rough{"b", {}};
+  PoseCorrection good{"b", {}};
+  for (const Observation& observation : TwoRobots(60)) {
+    site.Observe(observation);
+    good.poses.push_back(drift(observation.stamp));
+    rough.poses.push_back({observation.stamp, PlanarTransform(9.0, 9.0, 3.0)});
+    claimed.Observe(observation.robot == "b" ? WithPose(observation, good.poses.back())
+                                             : observation);
+  }
+  const ObjectId cup = site.Find("cup")->id;
+  ASSERT_TRUE(site.Run(CorrectPoses{"things", "", rough}).ok());
+  const auto corrected = site.Run(CorrectPoses{"things", "", good}, "r1");
+  ASSERT_TRUE(corrected.ok()) << corrected.status();
+  ExpectShowsTheSame(site, claimed);
+  EXPECT_EQ(site.Find("cup")->id, cup);
+  // The same request changes nothing more.
+  EXPECT_EQ(site.Run(CorrectPoses{"things", "", good}, "r1")->revision, corrected->revision);
+  site.Restart();
+  ExpectShowsTheSame(site, claimed);
+  // Facts and later observations come after the correction; a late one is corrected, too.
+  Observation late = Sighting("b", 500, 28.75, {"cup", "plate"});
+  late.pose.frame_from_camera.translation() = Eigen::Vector3d(3.0, 0.0, 0.0);
+  EXPECT_EQ(site.Observe(late).outcome, ObservationOutcome::kAccepted);
+  claimed.Observe(WithPose(late, *PoseAt(good.poses, late.stamp)));
+  ExpectShowsTheSame(site, claimed);
+  for (FusedSite* s : {&site, &claimed}) s->Observe(Sighting("b", 501, 100, {"cup"}));
+  ExpectShowsTheSame(site, claimed);
+  ASSERT_TRUE(site.Run(RebuildFusion{"things", "", ""}).ok());
+  ExpectShowsTheSame(site, claimed);
+}
+
+TEST(MapFusionTest, PosesThatCorrectNothingAreRefused) {
+  FusedSite site;
+  site.Start();
+  site.Observe(Sighting("a", 1, 10, {"cup"}));
+  const CorrectedPose at{kBegin + absl::Seconds(10), PlanarTransform(1.0, 0.0, 0.0)};
+  CorrectedPose before = at;
+  before.stamp -= absl::Seconds(1);
+  CorrectedPose after = at;
+  after.stamp += absl::Seconds(1);
+  const Revision revision = site.snapshot()->revision;
+  const auto correct = [&](const std::string& robot, std::vector<CorrectedPose> poses) {
+    return site.Run(CorrectPoses{"things", "", {robot, std::move(poses)}}).status();
+  };
+  EXPECT_TRUE(absl::IsNotFound(correct("b", {at})));
+  EXPECT_TRUE(absl::IsNotFound(correct("a", {before, after})));  // A gap.
+  EXPECT_TRUE(absl::IsInvalidArgument(correct("a", {})));
+  EXPECT_TRUE(absl::IsInvalidArgument(correct("a", {after, before})));
+  EXPECT_TRUE(absl::IsNotFound(site.Run(CorrectPoses{"things", "nowhere", {"a", {at}}}).status()));
+  EXPECT_EQ(site.snapshot()->revision, revision);
+  EXPECT_TRUE(correct("a", {at}).ok());
+  EXPECT_EQ(site.snapshot()->revision, revision + 1);
+}
+
 TEST(MapFusionTest, RebuiltLayerIsAsIfFusedSoFromTheStartAndKeepsItsIds) {
   FusedSite site;
   FusedSite other;

@@ -24,6 +24,10 @@ struct CommandBytes {
   int64_t operator()(const RetractObservations& command) const {
     return Length(command.layer) + Length(command.robot);
   }
+  int64_t operator()(const CorrectPoses& command) const {
+    return Length(command.layer) + Length(command.frame_id) + Length(command.correction.robot) +
+           static_cast<int64_t>(command.correction.poses.size() * sizeof(CorrectedPose));
+  }
 };
 
 int64_t BytesOf(const Detection& detection) {

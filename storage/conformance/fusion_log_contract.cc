@@ -17,6 +17,8 @@ namespace hypermap::storage {
 namespace {
 
 using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using ::testing::SizeIs;
 
 class FusionLogContract : public StoreContract {
  protected:
@@ -46,6 +48,13 @@ TEST_P(FusionLogContract, EntriesComeInTheOrderOfTheirKeysWhateverTheyWereWritte
   EXPECT_THAT(map_.Bodies({Key(20, "b", 1), 1}), ElementsAre("5", "6"));
   EXPECT_EQ(*map_.log().NewestKey("things"), Key(20, "b", 2));
   EXPECT_EQ(*map_.log().NewestFact("things"), (LogKey{Key(20, "b", 1), 2}));
+  const auto pins = map_.log().FactsOfKind("things", "pin");
+  ASSERT_TRUE(pins.ok()) << pins.status();
+  ASSERT_THAT(*pins, SizeIs(2));
+  EXPECT_EQ(pins->front().body, "first");
+  EXPECT_EQ(pins->back().key, (LogKey{Key(20, "b", 1), 1}));
+  EXPECT_EQ(pins->back().kind + pins->back().track + pins->back().body, "pint4");
+  EXPECT_THAT(*map_.log().FactsOfKind("others", "pin"), IsEmpty());
   EXPECT_EQ((**map_.log().FindObservation("things", "b", 1)).content_hash, 0xfedcba9876543210);
   EXPECT_EQ(*map_.log().FindObservation("things", "b", 9), std::nullopt);
   EXPECT_THAT(*map_.log().Sequences("things", "b"), ElementsAre(SequenceRange{1, 2}));
@@ -83,7 +92,7 @@ TEST_P(FusionLogContract, SequencesAreMeteredByTheirRangesAndGivenUp) {
     EXPECT_TRUE(absl::IsResourceExhausted(status)) << status;
     EXPECT_THAT(std::string(status.message()), ::testing::StartsWith("takes more than"));
   }
-  EXPECT_THAT(*map_.log().Sequences("things", "sparse"), ::testing::SizeIs(kCount));
+  EXPECT_THAT(*map_.log().Sequences("things", "sparse"), SizeIs(kCount));
   EXPECT_GT(TimesCancelled([&] { return map_.log().Sequences("things", "dense").status(); }), 3);
 }
 

@@ -47,6 +47,10 @@ class ForwardingFusionLog : public FusionLog {
   absl::StatusOr<std::optional<LogKey>> NewestFact(const std::string& layer) override {
     return log_->NewestFact(layer);
   }
+  absl::StatusOr<std::vector<LogEntry>> FactsOfKind(const std::string& layer,
+                                                    const std::string& kind) override {
+    return log_->FactsOfKind(layer, kind);
+  }
   absl::StatusOr<std::vector<LogEntry>> Read(const std::string& layer, const LogKey& after,
                                              int max_entries) override {
     return log_->Read(layer, after, max_entries);

@@ -365,6 +365,25 @@ absl::StatusOr<std::optional<LogKey>> FusionTables::NewestFact(const std::string
   return key;
 }
 
+absl::StatusOr<std::vector<LogEntry>> FusionTables::FactsOfKind(const std::string& layer,
+                                                                const std::string& kind) {
+  HYPERMAP_ASSIGN_OR_RETURN(
+      Statement select,
+      database_->Prepare("SELECT stamp_ns, robot, sequence, number, track, body "
+                         "FROM hypermap_operator_facts WHERE layer = ? AND kind = ? "
+                         "ORDER BY stamp_ns, robot, sequence, number"));
+  std::vector<LogEntry> facts;
+  absl::Status status = ForEachRow(&select.Bind(layer, kind), "hypermap_operator_facts", [&] {
+    facts.push_back({{KeyAt(&select, 0), select.Int64(3)},
+                     kind,
+                     std::string(select.Text(4)),
+                     std::string(select.Blob(5))});
+    return absl::OkStatus();
+  });
+  HYPERMAP_RETURN_IF_ERROR(status);
+  return facts;
+}
+
 absl::StatusOr<std::vector<LogEntry>> FusionTables::Read(const std::string& layer,
                                                          const LogKey& after, int max_entries) {
   std::vector<LogEntry> entries;

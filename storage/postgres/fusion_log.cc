@@ -57,6 +57,11 @@ SELECT stamp_ns, robot, sequence FROM hypermap.observations
   WHERE map = $1 AND layer = $2 AND NOT retracted
   ORDER BY stamp_ns DESC, robot DESC, sequence DESC LIMIT 1
 )sql";
+constexpr char kFactsOfKind[] = R"sql(
+SELECT stamp_ns, robot, sequence, number, track, body FROM hypermap.operator_facts
+  WHERE map = $1 AND layer = $2 AND kind = $3
+  ORDER BY stamp_ns, robot, sequence, number
+)sql";
 // $which restricts the observations.
 constexpr char kReadEntries[] = R"sql(
 (SELECT stamp_ns, robot, sequence, 0::bigint AS number, '' AS kind, '' AS track, body_size, body,
@@ -223,6 +228,18 @@ absl::StatusOr<std::optional<LogKey>> PostgresFusionLog::NewestFact(const std::s
   LogKey key = LogKeyAt(&rows, 0);
   HYPERMAP_RETURN_IF_ERROR(InTable(kFactsTable, layer, rows.row_status()));
   return key;
+}
+
+absl::StatusOr<std::vector<LogEntry>> PostgresFusionLog::FactsOfKind(const std::string& layer,
+                                                                     const std::string& kind) {
+  HYPERMAP_ASSIGN_OR_RETURN(Rows rows, Query(kFactsOfKind, layer, kind));
+  std::vector<LogEntry> facts;
+  while (rows.Next()) {
+    facts.push_back(
+        {LogKeyAt(&rows, 0), kind, std::string(rows.Text(4)), std::string(rows.Blob(5))});
+    HYPERMAP_RETURN_IF_ERROR(InRow(kFactsTable, layer, facts.back().key, rows.row_status()));
+  }
+  return facts;
 }
 
 absl::StatusOr<std::vector<LogEntry>> PostgresFusionLog::Read(const std::string& layer,

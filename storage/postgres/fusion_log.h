@@ -39,6 +39,8 @@ class PostgresFusionLog : public FusionLog {
                                                         const std::string& robot) override;
   absl::StatusOr<std::optional<ObservationKey>> NewestKey(const std::string& layer) override;
   absl::StatusOr<std::optional<LogKey>> NewestFact(const std::string& layer) override;
+  absl::StatusOr<std::vector<LogEntry>> FactsOfKind(const std::string& layer,
+                                                    const std::string& kind) override;
   absl::StatusOr<std::vector<LogEntry>> Read(const std::string& layer, const LogKey& after,
                                              int max_entries) override;
   absl::StatusOr<std::vector<StoredEntry>> ReadStored(const std::string& layer, const LogKey& after,

@@ -139,6 +139,18 @@ class Cancellation(CancellationTest):
             for _ in range(20)])
         self.assertLess(sites.revision(self.client), before + 60)
 
+    @cancels("CorrectPoses")
+    def test_correction_of_poses(self):
+        self.make_fused_layer(4000)
+        before = sites.revision(self.client)
+        # Each moves one of them, and what follows is folded anew.
+        stamps = iter([observation("a", i, i)["stamp"] for i in range(0, 3000, 50)])
+        self.expect_given_up("CorrectPoses", lambda: [
+            self.begin("CorrectPoses", map="site", layer="things", robot="a",
+                       poses=[{"stamp": next(stamps), "pose": {"x": 1.0}}])
+            for _ in range(20)])
+        self.assertLess(sites.revision(self.client), before + 60)
+
     @cancels("ExportMap")
     def test_export(self):
         self.make_floor()

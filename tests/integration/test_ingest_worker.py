@@ -3,6 +3,7 @@ server."""
 
 import base64
 import json
+import math
 import queue
 import signal
 import subprocess
@@ -41,6 +42,20 @@ def finish(process):
         process.kill()
         raise
     return process.returncode, out, err
+
+
+def drift(pose):
+    """Returns a pose (x, y, z, qx, qy, qz, qw) turned by 0.3 rad about the z axis and moved."""
+    x, y, z, *q = pose
+    s, c = math.sin(0.3), math.cos(0.3)
+    return (c * x - s * y + 0.7, s * x + c * y - 0.4, z,
+            *multiply((0.0, 0.0, math.sin(0.15), math.cos(0.15)), q))
+
+
+def multiply(p, q):
+    """The product of two quaternions (x, y, z, w)."""
+    vector = p[3] * numpy.array(q[:3]) + q[3] * numpy.array(p[:3]) + numpy.cross(p[:3], q[:3])
+    return (*vector, p[3] * q[3] - numpy.dot(p[:3], q[:3]))
 
 
 @unittest.skipUnless(WORKER.exists(), "built without the worker")
@@ -176,6 +191,30 @@ class Replay(WorkerTest):
         self.assertGreaterEqual(
             summary["skipped_instances"]["detection beyond the limit of a frame"], 9_700)
         self.assertIn("box", [entity["label"] for entity in self.shown(server)])
+
+    def test_poses_that_are_found_out_later_correct_the_map(self):
+        server = self.server()
+        recording = self.recording(20)
+        truth = recording.write()
+        self.replay(truth, "--pose_sigma", "0,0,0", server=server, map_name="true")
+        drifted = self.recording(20, "drifted")
+        drifted.poses = [drift(pose) for pose in drifted.poses]
+        self.replay(drifted.write(), "--robot", "drive", server=server)
+        self.assertNotEqual(self.shown(server), self.shown(server, "true"))
+        poses = truth / "groundtruth.txt"
+        code, out, err = finish(start("correct", poses, "--map", "site", "--robot", "drive",
+                                      server=server))
+        self.assertEqual(code, 0, err)
+        self.assertIn(f"revision {self.revision(server)}", out)
+        (box,), (expected,) = self.shown(server), self.shown(server, "true")
+        self.assertEqual(box["label"], expected["label"])
+        for axis in range(2):
+            self.assertAlmostEqual(box["centroid"][axis], expected["centroid"][axis], delta=0.01)
+        for arguments, word in (((poses, "--robot", "other"), "NOT_FOUND"),
+                                ((truth / "depth.txt", "--robot", "drive"), "trajectory")):
+            code, out, err = finish(start("correct", *arguments, "--map", "site", server=server))
+            self.assertEqual((code, out), (1, ""))
+            self.assertIn(word, err)
 
     def test_explored_floor_is_marked_in_the_named_layer(self):
         server = self.server()

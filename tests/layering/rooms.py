@@ -287,7 +287,7 @@ ROOMS = {
     "ingest/worker": Room(
         ["base/admission", "base/status", "base/sync", "client_libs/cpp", "client_libs/flags",
          "ingest/frame_service", "ingest/perception", "ingest/perception/pcl", "ingest/sources",
-         "map/layers", "simulation/robots"],
+         "map/layers", "map/observations", "simulation/robots"],
         {"absl", "cli11", "eigen"}, hidden={"json"},
     ),
 

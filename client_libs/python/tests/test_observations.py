@@ -14,17 +14,20 @@ from server import Server
 from hypermap_client import (
     CellPatch,
     Client,
+    CorrectedPose,
     DepthView,
     Detection,
     FailedPrecondition,
     GridGeometry,
     HeightRange,
+    InvalidArgument,
     LayerKind,
     LayerSpec,
     NotFound,
     ObjectEventKind,
     Observation,
     ObservationOutcome,
+    Pose,
     SensorPose,
 )
 
@@ -161,6 +164,22 @@ def test_retracting_a_source_removes_its_observations(client: Client, fused: str
     revision = client.retract_source(fused, "found", "liar", from_time=START)
     (chair,) = client.query_value(fused, "chair", min_revision=revision).objects
     assert chair.centroid.distance(shapely.Point(2, 0)) < 0.1
+
+
+def test_corrected_poses_move_what_was_seen(client: Client, fused: str) -> None:
+    with client.observe(fused, "found", exploration_layer="seen") as stream:
+        stream.submit([observation(i) for i in range(10)])
+    turned = Pose(5.0, 1.0, np.pi / 2)
+    ends = [CorrectedPose(START + timedelta(seconds=s / 2), turned) for s in range(20)]
+    with pytest.raises(NotFound):
+        client.correct_poses(fused, "found", "other", ends)
+    with pytest.raises(InvalidArgument, match=r"poses\[1\]"):
+        client.correct_poses(fused, "found", "rob", ends[::-1])
+    revision = client.correct_poses(fused, "found", "rob", ends)
+    (chair,) = client.query_value(fused, "chair", min_revision=revision).objects
+    assert chair.centroid.distance(shapely.Point(5, 3)) < 0.1
+    assert client.query_point(fused, (5, 3))["seen"].value == 1
+    assert client.query_point(fused, (2, 0))["seen"].value != 1
 
 
 def test_rebuilding_a_layer_changes_its_strategy(client: Client, fused: str) -> None:

@@ -22,6 +22,11 @@
 
 namespace hypermap::server {
 
+inline EvidenceCodec TestCodec() {
+  return {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
+          &wire::ObjectFromBytes,    &wire::CorrectionToBytes,    &wire::CorrectionFromBytes};
+}
+
 // Makes the named strategy with the parameters of a new layer, whatever a layer's settings say.
 inline StrategyFactory Always(const char* strategy) {
   return [strategy](absl::string_view, absl::string_view) {
@@ -33,8 +38,7 @@ inline StrategyFactory Always(const char* strategy) {
 class FusedMap {
  public:
   explicit FusedMap(StrategyFactory make_strategy = &fusion::MakeStrategy) {
-    options_.codec = {&wire::ObservationToBytes, &wire::ObservationFromBytes, &wire::ObjectToBytes,
-                      &wire::ObjectFromBytes};
+    options_.codec = TestCodec();
     options_.make_strategy = std::move(make_strategy);
     EditBatch layers;
     for (const char* name : {"things", "other"}) {

@@ -106,6 +106,14 @@ class MemoryFusionLog : public storage::FusionLog {
     if (facts.empty()) return std::nullopt;
     return facts.rbegin()->first;
   }
+  absl::StatusOr<std::vector<storage::LogEntry>> FactsOfKind(const std::string& layer,
+                                                             const std::string& kind) override {
+    std::vector<storage::LogEntry> facts;
+    for (const auto& [key, entry] : Entries(layer)) {
+      if (key.number > 0 && entry.kind == kind) facts.push_back(entry);
+    }
+    return facts;
+  }
   absl::StatusOr<std::vector<storage::LogEntry>> Read(const std::string& layer,
                                                       const storage::LogKey& after,
                                                       int max_entries) override {

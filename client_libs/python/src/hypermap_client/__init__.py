@@ -98,6 +98,7 @@ from .objects import HeightRange, MapObject
 from .observations import (
     Acknowledgement,
     CellPatch,
+    CorrectedPose,
     DepthView,
     Detection,
     ObjectEvent,
@@ -146,6 +147,7 @@ __all__ = [
     "Claim",
     "Client",
     "Consistency",
+    "CorrectedPose",
     "CreateLayer",
     "DataLoss",
     "DeadlineExceeded",

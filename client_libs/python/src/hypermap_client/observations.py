@@ -103,6 +103,22 @@ class SensorPose:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class CorrectedPose:
+    """Where a robot's camera was at a time, as it was found out later.
+
+    stamp: time by the robot's clock; needs a time zone.
+    pose: position of the point below the camera, and direction of its optical axis on the plane; of
+        the upper edge of its image if it looks straight up or down.
+    covariance: covariance of (x, y, yaw), shape (3, 3), in metres and radians; None for an exact
+        pose.
+    """
+
+    stamp: datetime
+    pose: Pose
+    covariance: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Observation:
     """The detections and the free space of one camera frame of a robot.
 

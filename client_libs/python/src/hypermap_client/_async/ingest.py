@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from datetime import datetime
 
 from .. import _rpc as rpc
 from .._proto import ingest_service_pb2 as pb
 from .._requests import new_request_id
-from .._wire.observations import decode_history
+from .._wire.observations import decode_history, encode_corrected_pose
 from .._wire.time import encode_time
-from ..observations import ObjectHistory
+from ..observations import CorrectedPose, ObjectHistory
 from .connection import Connection
 from .observe import AsyncObserveStream
 
@@ -129,6 +129,40 @@ class Ingest(Connection):
         if to_time is not None:
             encode_time(to_time, request.to)
         return (await self._call(rpc.RETRACT_SOURCE, request, timeout)).revision
+
+    async def correct_poses(
+        self,
+        map_name: str,
+        layer: str,
+        robot: str,
+        poses: Iterable[CorrectedPose],
+        *,
+        frame_id: str = "",
+        incarnation: int = 0,
+        request_id: str = "",
+        timeout: float | None = None,
+    ) -> int:
+        """Gives a robot's observations better poses; returns the revision of the change.
+
+        An observation gets the pose of its stamp; between poses that are at most half a second
+        apart, the interpolated one. It is moved on the plane, and the layer is fused again.
+
+        poses: at most 100,000, ascending by stamp.
+        frame_id: frame of the poses; empty for the map's own.
+
+        Raises NotFound if no observation is corrected, FailedPrecondition if some are no longer
+        kept, and Aborted if the map has another incarnation than the given one.
+        """
+        request = pb.CorrectPosesRequest(
+            map=map_name,
+            layer=layer,
+            robot=robot,
+            frame_id=frame_id,
+            poses=map(encode_corrected_pose, poses),
+            request_id=request_id or new_request_id(),
+            incarnation=incarnation,
+        )
+        return (await self._call(rpc.CORRECT_POSES, request, timeout)).revision
 
     async def explain_object(
         self, map_name: str, layer: str, object_id: int, *, timeout: float | None = None

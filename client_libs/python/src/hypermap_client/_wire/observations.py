@@ -10,6 +10,7 @@ from .._proto import observation_pb2 as pb
 from ..observations import (
     Acknowledgement,
     CellPatch,
+    CorrectedPose,
     DepthView,
     Detection,
     ObjectEvent,
@@ -87,6 +88,15 @@ def encode_sensor_pose(pose: SensorPose) -> pb.SensorPose:
         translation=np.ravel(pose.translation).tolist(),
         covariance=() if pose.covariance is None else np.ravel(pose.covariance).tolist(),
     )
+
+
+def encode_corrected_pose(pose: CorrectedPose) -> pb.CorrectedPose:
+    message = pb.CorrectedPose(
+        pose=encode_pose(pose.pose),
+        covariance=() if pose.covariance is None else np.ravel(pose.covariance).tolist(),
+    )
+    encode_time(pose.stamp, message.stamp)
+    return message
 
 
 def encode_observation(observation: Observation) -> pb.Observation:

@@ -1,0 +1,97 @@
+#include "map/observations/pose_correction.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+namespace hypermap {
+namespace {
+
+using ::testing::HasSubstr;
+
+const absl::Time kStamp = absl::FromUnixSeconds(1'700'000'000);
+
+CorrectedPose At(double s, double x, double yaw, double variance = 0.0) {
+  return {kStamp + absl::Seconds(s), PlanarTransform(x, 0.0, yaw),
+          variance * Eigen::Matrix3d::Identity()};
+}
+
+// A camera that looks along `yaw`, and down by `pitch`.
+Eigen::Isometry3d Camera(double x, double y, double yaw, double pitch) {
+  Eigen::Matrix3d optical;  // Looks along x; z is up.
+  optical << 0, 0, 1, -1, 0, 0, 0, -1, 0;
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.linear() = Eigen::AngleAxisd(yaw, Eigen::Vector3d::UnitZ()) *
+                  Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) * optical;
+  pose.translation() = Eigen::Vector3d(x, y, 1.2);
+  return pose;
+}
+
+TEST(ViewPoseTest, IsBelowTheCameraAndLooksAlongIt) {
+  for (const double pitch : {-0.3, 0.0, 0.7}) {
+    const PlanarTransform view = ViewPose(Camera(1.0, -2.0, 2.5, pitch));
+    EXPECT_EQ(view.x(), 1.0);
+    EXPECT_EQ(view.y(), -2.0);
+    EXPECT_NEAR(view.yaw(), 2.5, 1e-12);
+  }
+  // The upper edge of the image of a camera that looks down is ahead.
+  EXPECT_NEAR(ViewPose(Camera(0.0, 0.0, 0.4, M_PI / 2)).yaw(), 0.4, 1e-12);
+}
+
+TEST(PoseAtTest, InterpolatesOverShortGapsOnly) {
+  const std::vector<CorrectedPose> poses = {At(0.0, 1.0, 3.1, 1.0), At(0.4, 2.0, -3.1, 3.0),
+                                            At(1.0, 5.0, 0.0)};
+  EXPECT_FALSE(PoseAt(poses, kStamp - absl::Nanoseconds(1)));
+  EXPECT_EQ(PoseAt(poses, kStamp)->frame_from_view, poses[0].frame_from_view);
+  const auto half = PoseAt(poses, kStamp + absl::Milliseconds(200));
+  ASSERT_TRUE(half);
+  EXPECT_DOUBLE_EQ(half->frame_from_view.x(), 1.5);
+  EXPECT_NEAR(std::abs(half->frame_from_view.yaw()), M_PI, 1e-12);  // The shorter way round.
+  EXPECT_DOUBLE_EQ(half->covariance(0, 0), 2.0);
+  EXPECT_FALSE(PoseAt(poses, kStamp + absl::Milliseconds(700)));
+  EXPECT_TRUE(PoseAt(poses, kStamp + absl::Seconds(1)));
+  EXPECT_FALSE(PoseAt(poses, kStamp + absl::Milliseconds(1001)));
+}
+
+TEST(WithPoseTest, MovesEverythingWithTheCamera) {
+  Observation observation;
+  observation.robot = "a";
+  observation.pose = {Camera(1.0, 0.0, 0.0, 0.2), Eigen::Matrix3d::Identity()};
+  observation.free_space = Polygon::FromBox({{2.0, 0.0}, {3.0, 1.0}});
+  Detection detection;
+  detection.scores = {{"cup", 0.9}};
+  detection.hull = observation.free_space;
+  detection.cells.frame_from_cells = PlanarTransform(2.0, 0.0, 0.0);
+  observation.detections = {detection};
+  const Observation moved =
+      WithPose(observation, {kStamp, PlanarTransform(5.0, 5.0, M_PI / 2), Eigen::Matrix3d::Zero()});
+  const PlanarTransform view = ViewPose(moved.pose.frame_from_camera);
+  EXPECT_NEAR(view.x(), 5.0, 1e-12);
+  EXPECT_NEAR(view.yaw(), M_PI / 2, 1e-12);
+  EXPECT_EQ(moved.pose.frame_from_camera.translation().z(), 1.2);
+  EXPECT_TRUE(moved.pose.covariance.isZero(0.0));
+  // A metre ahead, and half a metre to the left.
+  for (const Point& centre : {Centroid(moved.free_space), Centroid(moved.detections[0].hull)}) {
+    EXPECT_NEAR(centre.x, 4.5, 1e-9);
+    EXPECT_NEAR(centre.y, 6.5, 1e-9);
+  }
+  EXPECT_NEAR(moved.detections[0].cells.frame_from_cells.y(), 6.0, 1e-9);
+}
+
+TEST(PoseCorrectionTest, ErrorsNameTheField) {
+  const auto error = [](const PoseCorrection& correction) {
+    return std::string(Validate(correction).message());
+  };
+  EXPECT_EQ(error({"a", {At(0, 0, 0), At(1, 0, 0)}}), "");
+  EXPECT_THAT(error({"", {At(0, 0, 0)}}), HasSubstr("robot"));
+  EXPECT_THAT(error({"a", {}}), HasSubstr("poses are empty"));
+  EXPECT_THAT(error({"a", {At(0, 0, 0), At(0, 1, 0)}}), HasSubstr("poses[1].stamp"));
+  EXPECT_THAT(error({"a", {At(0, 1e12, 0)}}), HasSubstr("poses[0].pose"));
+  EXPECT_THAT(error({"a", {At(0, 0, 0, -1.0)}}), HasSubstr("poses[0].covariance"));
+  PoseCorrection many{"a", std::vector<CorrectedPose>(kMaxCorrectedPoses + 1, At(0, 0, 0))};
+  EXPECT_THAT(error(many), HasSubstr("poses are more than 100000"));
+}
+
+}  // namespace
+}  // namespace hypermap
