@@ -55,4 +55,6 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace hypermap::ingest
 
-int main(int argc, char** argv) { return hypermap::ingest::Main(argc, argv); }
+int main(int argc, char** argv) {  // NOLINT(bugprone-exception-escape)
+  return hypermap::ingest::Main(argc, argv);
+}
