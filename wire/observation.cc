@@ -126,8 +126,9 @@ absl::StatusOr<DepthView> DecodeView(const std::string& field, const v1::DepthVi
   view.cx = message.cx();
   view.cy = message.cy();
   const std::string& depth = message.depth_mm();
-  if (depth.size() % 2 != 0)
+  if (depth.size() % 2 != 0) {
     return InvalidField(field + ".depth_mm", "must have two bytes a pixel");
+  }
   view.depth_mm.reserve(depth.size() / 2);
   for (size_t i = 0; i < depth.size(); i += 2) {
     view.depth_mm.push_back(static_cast<uint16_t>(static_cast<uint8_t>(depth[i]) |
