@@ -6,6 +6,8 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "map/frames/pose_covariance.h"
+#include "map/geometry/coordinates.h"
+#include "map/geometry/polygon.h"
 
 namespace hypermap {
 namespace {
@@ -22,6 +24,24 @@ CorrectedPose Between(const CorrectedPose& a, const CorrectedPose& b, absl::Time
           PlanarTransform(from.x() + share * (to.x() - from.x()),
                           from.y() + share * (to.y() - from.y()), from.yaw() + share * turn),
           (1.0 - share) * a.covariance + share * b.covariance};
+}
+
+bool CanBeStored(const Polygon& polygon) {
+  if (polygon.empty()) return true;
+  const Box& box = polygon.bounds();
+  return std::max({-box.min.x, -box.min.y, box.max.x, box.max.y}) <= kMaxCoordinate_m &&
+         !RunsBackwards(polygon.rings());
+}
+
+bool CanBeStored(const Observation& observation) {
+  return observation.pose.frame_from_camera.translation().cwiseAbs().maxCoeff() <=
+             kMaxCoordinate_m &&
+         CanBeStored(observation.view_hull) && CanBeStored(observation.free_space) &&
+         std::all_of(observation.detections.begin(), observation.detections.end(),
+                     [](const Detection& detection) {
+                       return CanBeStored(detection.hull) &&
+                              IsWithinBounds(detection.cells.frame_from_cells);
+                     });
 }
 
 }  // namespace
@@ -80,11 +100,12 @@ std::optional<CorrectedPose> PoseAt(absl::Span<const CorrectedPose> poses, absl:
   return Between(before, *after, stamp);
 }
 
-Observation WithPose(const Observation& observation, const CorrectedPose& pose) {
+std::optional<Observation> WithPose(const Observation& observation, const CorrectedPose& pose) {
   const PlanarTransform claimed = ViewPose(observation.pose.frame_from_camera);
   Observation moved =
       Transformed(observation, pose.frame_from_view * claimed.Inverse(), observation.frame_id);
   moved.pose.covariance = pose.covariance;
+  if (!CanBeStored(moved)) return std::nullopt;
   return moved;
 }
 

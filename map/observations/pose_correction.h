@@ -50,8 +50,10 @@ PoseCorrection Transformed(const PoseCorrection& correction,
 // that are at most kMaxPoseGap apart. nullopt before the first, after the last, and in a gap.
 std::optional<CorrectedPose> PoseAt(absl::Span<const CorrectedPose> poses, absl::Time stamp);
 
-// Returns the observation as if the camera had had this pose.
-Observation WithPose(const Observation& observation, const CorrectedPose& pose);
+// Returns the observation as if the camera had had this pose. nullopt if something of it would then
+// be more than kMaxCoordinate_m from the origin along an axis, or so small there that rounding
+// turns it over: it could not be stored.
+std::optional<Observation> WithPose(const Observation& observation, const CorrectedPose& pose);
 
 }  // namespace hypermap
 

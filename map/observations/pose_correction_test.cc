@@ -64,8 +64,8 @@ TEST(WithPoseTest, MovesEverythingWithTheCamera) {
   detection.hull = observation.free_space;
   detection.cells.frame_from_cells = PlanarTransform(2.0, 0.0, 0.0);
   observation.detections = {detection};
-  const Observation moved =
-      WithPose(observation, {kStamp, PlanarTransform(5.0, 5.0, M_PI / 2), Eigen::Matrix3d::Zero()});
+  const CorrectedPose pose{kStamp, PlanarTransform(5.0, 5.0, M_PI / 2)};
+  const Observation moved = *WithPose(observation, pose);
   const PlanarTransform view = ViewPose(moved.pose.frame_from_camera);
   EXPECT_NEAR(view.x(), 5.0, 1e-12);
   EXPECT_NEAR(view.yaw(), M_PI / 2, 1e-12);
@@ -77,6 +77,20 @@ TEST(WithPoseTest, MovesEverythingWithTheCamera) {
     EXPECT_NEAR(centre.y, 6.5, 1e-9);
   }
   EXPECT_NEAR(moved.detections[0].cells.frame_from_cells.y(), 6.0, 1e-9);
+}
+
+TEST(WithPoseTest, RefusesPlacesThatCanNotBeStored) {
+  Observation observation;
+  observation.robot = "a";
+  observation.pose.frame_from_camera = Camera(0.0, 0.0, 0.0, 0.0);
+  observation.view_hull = Polygon::FromBox({{0.0, 0.0}, {8.0, 1.0}});
+  EXPECT_TRUE(WithPose(observation, At(0.0, 9.9e8, 0.0)));
+  EXPECT_FALSE(WithPose(observation, At(0.0, 1e9, 0.0)));
+  EXPECT_TRUE(WithPose(observation, At(0.0, 1e9, M_PI)));
+  Detection detection;
+  detection.hull = Polygon::FromBox({{-8.0, 0.0}, {-7.0, 1.0}});
+  observation.detections = {detection};
+  EXPECT_FALSE(WithPose(observation, At(0.0, 1e9, M_PI)));
 }
 
 TEST(PoseCorrectionTest, ErrorsNameTheField) {

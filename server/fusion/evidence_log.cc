@@ -196,7 +196,9 @@ std::shared_ptr<const Observation> EvidenceLog::Corrected(
   for (auto it = of_robot->second.rbegin(); it != of_robot->second.rend() && key < it->first;
        ++it) {
     const std::optional<CorrectedPose> pose = PoseAt(it->second->poses, observation->stamp);
-    if (pose) return std::make_shared<const Observation>(WithPose(*observation, *pose));
+    if (!pose) continue;
+    std::optional<Observation> corrected = WithPose(*observation, *pose);
+    if (corrected) return std::make_shared<const Observation>(*std::move(corrected));
   }
   return observation;
 }

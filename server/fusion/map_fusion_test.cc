@@ -234,6 +234,46 @@ TEST(ReactionTest, StreamsGoOnWithTheParametersThatTheyNamedFirst) {
   EXPECT_TRUE(map.Run(start).ok());
 }
 
+TEST(ReactionTest, CorrectionsToAnyPlaceDoNoHarm) {
+  for (const char* strategy : {"evidence", "paper"}) {
+    SCOPED_TRACE(strategy);
+    FusedMap map(Always(strategy));
+    const absl::Time begin = absl::FromUnixSeconds(1'700'000'000);
+    int64_t sequence = 0;
+    const auto observe = [&](double at_s) {
+      Observation seen;
+      seen.robot = "a";
+      seen.sequence = ++sequence;
+      seen.stamp = begin + absl::Seconds(at_s);
+      seen.pose.frame_from_camera.translation() = Eigen::Vector3d(9e8, 9e8, 1.0);
+      Detection thing;
+      thing.scores = {{"thing", 0.9}};
+      thing.hull = Polygon::FromBox({{9.9e8, 9.9e8}, {9.9e8 + 1, 9.9e8 + 1}});
+      thing.num_points = 9;
+      thing.height = {0.0, 1.0};
+      seen.detections = {thing};
+      return map.Observe(seen);
+    };
+    for (int i = 0; i < 8; ++i) ASSERT_TRUE(observe(i).ok());
+    const std::vector<SemanticObject> before = map.Objects();
+    PoseCorrection correction{"a", {}};
+    for (int i = 0; i < 16; ++i) {
+      correction.poses.push_back({begin + i * kMaxPoseGap, PlanarTransform(-1e9, 1e9, 0.5)});
+    }
+    // What would be too far away stays where it is.
+    ASSERT_TRUE(map.Run(CorrectPoses{"things", "", correction}).ok());
+    EXPECT_EQ(map.Objects(), before);
+    // The cells of "evidence" do not reach so far.
+    if (strategy == absl::string_view("paper")) EXPECT_THAT(before, SizeIs(1));
+    ASSERT_TRUE(observe(0.3).ok());
+    map.Restart();
+    ASSERT_TRUE(observe(9).ok());
+    for (const SemanticObject& object : map.Objects()) {
+      EXPECT_LE(object.shape.polygon().bounds().max.x, 1e9);
+    }
+  }
+}
+
 TEST(ReactionTest, RestartsAndRebuildsChangeNothing) {
   const uint64_t seed = hypermap::testing::TestSeed();
   SCOPED_TRACE(::testing::Message() << "HYPERMAP_TEST_SEED=" << seed);

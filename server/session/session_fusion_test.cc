@@ -472,7 +472,7 @@ TEST(MapFusionTest, CorrectedObservationsAreAsIfTheirPosesHadBeenClaimed) {
     site.Observe(observation);
     good.poses.push_back(drift(observation.stamp));
     rough.poses.push_back({observation.stamp, PlanarTransform(9.0, 9.0, 3.0)});
-    claimed.Observe(observation.robot == "b" ? WithPose(observation, good.poses.back())
+    claimed.Observe(observation.robot == "b" ? *WithPose(observation, good.poses.back())
                                              : observation);
   }
   const ObjectId cup = site.Find("cup")->id;
@@ -489,7 +489,7 @@ TEST(MapFusionTest, CorrectedObservationsAreAsIfTheirPosesHadBeenClaimed) {
   Observation late = Sighting("b", 500, 28.75, {"cup", "plate"});
   late.pose.frame_from_camera.translation() = Eigen::Vector3d(3.0, 0.0, 0.0);
   EXPECT_EQ(site.Observe(late).outcome, ObservationOutcome::kAccepted);
-  claimed.Observe(WithPose(late, *PoseAt(good.poses, late.stamp)));
+  claimed.Observe(*WithPose(late, *PoseAt(good.poses, late.stamp)));
   ExpectShowsTheSame(site, claimed);
   for (FusedSite* s : {&site, &claimed}) s->Observe(Sighting("b", 501, 100, {"cup"}));
   ExpectShowsTheSame(site, claimed);
