@@ -344,12 +344,13 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
 absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
                                              const CorrectPoses& command) {
   HYPERMAP_ASSIGN_OR_RETURN(const FusedLayer* const fused, Find(snapshot, command.layer));
-  HYPERMAP_RETURN_IF_ERROR(Validate(command.correction));
   HYPERMAP_ASSIGN_OR_RETURN(const LayerPtr layer, snapshot.GetLayer(command.layer));
   HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, snapshot.ResolveFrame(command.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_frame,
                             snapshot.frames.Lookup(layer->spec().frame_id, frame));
+  // In the layer's frame, in which it is stored.
   const PoseCorrection correction = Transformed(command.correction, layer_from_frame);
+  HYPERMAP_RETURN_IF_ERROR(Validate(correction));
   std::unique_ptr<FusedLayer> corrected = fused->Copy();
   HYPERMAP_ASSIGN_OR_RETURN(const int64_t changed, corrected->Correct(correction));
   if (changed == 0) {

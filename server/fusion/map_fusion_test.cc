@@ -255,6 +255,10 @@ TEST(ReactionTest, CorrectionsToAnyPlaceDoNoHarm) {
       return map.Observe(seen);
     };
     for (int i = 0; i < 8; ++i) ASSERT_TRUE(observe(i).ok());
+    ASSERT_TRUE(map.Edit({{SetTransform{{"map", "far", PlanarTransform(9e8, 0.0, 0.0)}}}}).ok());
+    const PoseCorrection of_far{"a", {{begin, PlanarTransform(9e8, 0.0, 0.0)}}};
+    const absl::Status too_far = map.Run(CorrectPoses{"things", "far", of_far}).status();
+    EXPECT_TRUE(absl::IsInvalidArgument(too_far)) << too_far;
     const std::vector<SemanticObject> before = map.Objects();
     PoseCorrection correction{"a", {}};
     for (int i = 0; i < 16; ++i) {
