@@ -169,6 +169,16 @@ absl::StatusOr<SensorPose> DecodeSensorPose(const std::string& field,
   return pose;
 }
 
+absl::StatusOr<PoseClaim> DecodeClaim(const std::string& field, const v1::PoseClaim& message) {
+  if (!message.has_pose()) return InvalidField(field + ".pose", "is missing");
+  PoseClaim claim;
+  HYPERMAP_ASSIGN_OR_RETURN(claim.frame_from_view, DecodePose(field + ".pose", message.pose()));
+  HYPERMAP_ASSIGN_OR_RETURN(const std::optional<Eigen::Matrix3d> covariance,
+                            DecodeCovariance(field + ".covariance", message.covariance()));
+  if (covariance) claim.covariance = *covariance;
+  return claim;
+}
+
 absl::Status CheckStamp(const std::string& field, const google::protobuf::Timestamp& stamp) {
   if (stamp.seconds() < -kMaxSeconds || stamp.seconds() > kMaxSeconds) {
     return InvalidField(field, "lies outside of the years 1678 to 2261");
@@ -191,6 +201,9 @@ absl::StatusOr<Observation> DecodeWith(const std::string& prefix, const v1::Obse
   observation.frame_id = message.frame_id();
   HYPERMAP_ASSIGN_OR_RETURN(SensorPose pose, DecodeSensorPose(prefix + "pose", message.pose()));
   observation.pose = std::move(pose);
+  if (message.has_claim()) {
+    HYPERMAP_ASSIGN_OR_RETURN(observation.claim, DecodeClaim(prefix + "claim", message.claim()));
+  }
   for (const auto& [polygon, area, name] :
        {std::tuple(&observation.view_hull, message.has_view_hull() ? &message.view_hull() : nullptr,
                    "view_hull"),
@@ -269,6 +282,13 @@ void EncodeObservation(const Observation& observation, v1::Observation* message)
   for (const Detection& detection : observation.detections) {
     EncodeDetection(detection, message->add_detections());
   }
+  if (observation.claim) {
+    EncodePose(observation.claim->frame_from_view, message->mutable_claim()->mutable_pose());
+    if (!observation.claim->covariance.isZero(0.0)) {
+      EncodeCovariance(observation.claim->covariance,
+                       message->mutable_claim()->mutable_covariance());
+    }
+  }
 }
 
 absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
@@ -280,6 +300,10 @@ absl::StatusOr<Observation> DecodeObservation(absl::string_view field,
         return DecodePolygon(polygon_field, p, limits);
       });
   if (!observation.ok()) return observation;
+  if (observation->claim) {
+    HYPERMAP_RETURN_IF_ERROR(
+        CheckTranslation(prefix + "claim.pose", observation->claim->frame_from_view));
+  }
   const std::vector<Detection>& detections = observation->detections;
   for (size_t i = 0; i < detections.size(); ++i) {
     HYPERMAP_RETURN_IF_ERROR(
@@ -340,6 +364,7 @@ absl::StatusOr<std::vector<CorrectedPose>> DecodeCorrectedPoses(
 std::string CorrectionToBytes(const PoseCorrection& correction) {
   v1::PoseCorrection message;
   message.set_robot(correction.robot);
+  message.set_smoothed(correction.is_smoothed);
   for (const CorrectedPose& pose : correction.poses) {
     EncodeCorrectedPose(pose, message.add_poses());
   }
@@ -350,6 +375,7 @@ absl::StatusOr<PoseCorrection> CorrectionFromBytes(absl::string_view bytes) {
   HYPERMAP_ASSIGN_OR_RETURN(const v1::PoseCorrection message, FromBytes<v1::PoseCorrection>(bytes));
   PoseCorrection correction;
   correction.robot = message.robot();
+  correction.is_smoothed = message.smoothed();
   HYPERMAP_ASSIGN_OR_RETURN(correction.poses, AsDamage(DecodeCorrectedPoses(message.poses())));
   if (const absl::Status status = Validate(correction); !status.ok()) {
     return absl::DataLossError(status.message());

@@ -178,6 +178,9 @@ TEST(PoseCorrectionWireTest, RoundTrips) {
   EXPECT_EQ(decoded->poses[1].frame_from_view, correction.poses[1].frame_from_view);
   EXPECT_EQ(decoded->poses[2].covariance, correction.poses[2].covariance);
   EXPECT_EQ(CorrectionToBytes(*decoded), bytes);
+  EXPECT_FALSE(decoded->is_smoothed);
+  correction.is_smoothed = true;
+  EXPECT_TRUE(CorrectionFromBytes(CorrectionToBytes(correction))->is_smoothed);
   EXPECT_EQ(CorrectionFromBytes("no message").status().code(), absl::StatusCode::kDataLoss);
   EXPECT_EQ(CorrectionFromBytes("").status().code(), absl::StatusCode::kDataLoss);
 }

@@ -110,6 +110,15 @@ using registration::TransformAnswer;
 // Objects and cells are in the requested frame; caller_from_layer is the identity.
 using hypermap::MapChange;
 
+// The answer of SmoothPoses.
+struct SmoothingAnswer {
+  Revision revision = 0;        // shows the new poses; the newest one if nothing was moved
+  int64_t matched = 0;          // observations whose surfaces were looked at
+  int64_t moved = 0;            // observations that are shown elsewhere now
+  double rms_shift_m = 0.0;     // of those: between the poses that robots told and the new ones
+  std::string occupancy_layer;  // whose walls were used; empty if none were
+};
+
 struct RevisionList {
   std::string map;
   Revision newest = 0;

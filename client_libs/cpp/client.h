@@ -262,6 +262,11 @@ class Client {
                                         const PoseCorrection& correction,
                                         const std::string& frame_id = "",
                                         const CallOptions& options = {});
+  // Computes better poses for the observations of a layer. An empty `occupancy_layer` means the
+  // map's only occupancy grid.
+  absl::StatusOr<SmoothingAnswer> SmoothPoses(const std::string& map, const std::string& layer,
+                                              const std::string& occupancy_layer = "",
+                                              const CallOptions& options = {});
   // Returns the observations that made an object of a fused layer.
   absl::StatusOr<ObjectHistory> ExplainObject(const std::string& map, const std::string& layer,
                                               ObjectId object_id, const CallOptions& options = {});

@@ -194,6 +194,23 @@ absl::StatusOr<Revision> Client::RetractSource(const std::string& map, const std
   return response.revision();
 }
 
+absl::StatusOr<SmoothingAnswer> Client::SmoothPoses(const std::string& map,
+                                                    const std::string& layer,
+                                                    const std::string& occupancy_layer,
+                                                    const CallOptions& options) {
+  v1::SmoothPosesRequest request;
+  request.set_map(map);
+  request.set_layer(layer);
+  request.set_occupancy_layer(occupancy_layer);
+  request.set_request_id(RequestIdOf(options));
+  request.set_incarnation(options.incarnation);
+  HYPERMAP_ASSIGN_OR_RETURN(
+      const auto response,
+      connection_->Call(&v1::IngestService::Stub::SmoothPoses, request, options));
+  return SmoothingAnswer{response.revision(), response.matched(), response.moved(),
+                         response.rms_shift_m(), response.occupancy_layer()};
+}
+
 absl::StatusOr<Revision> Client::CorrectPoses(const std::string& map, const std::string& layer,
                                               const PoseCorrection& correction,
                                               const std::string& frame_id,

@@ -13,6 +13,7 @@
 #include "ingest/perception/visibility.h"
 #include "ingest/perception/wall_matcher.h"
 #include "ingest/perception/weight.h"
+#include "map/observations/pose_correction.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -113,6 +114,7 @@ absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* r
   OrganisedCloud cloud = MakeCloud(frame.depth, frame.frame_from_camera, *rays);
   if (impl_->walls) {
     const PoseCorrection correction = impl_->walls->Match(cloud, frame.pose_covariance);
+    observation.claim = {ViewPose(frame.frame_from_camera), frame.pose_covariance};
     observation.pose = {Moved(frame.frame_from_camera, correction.motion), correction.covariance};
     MoveCloud(observation.pose.frame_from_camera, &cloud);
   }

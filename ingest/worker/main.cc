@@ -13,6 +13,7 @@
 #include "ingest/worker/replay_command.h"
 #include "ingest/worker/serve_command.h"
 #include "ingest/worker/simulate_command.h"
+#include "ingest/worker/smooth_command.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -28,6 +29,7 @@ int Main(int argc, char** argv) {
   Command command;
   AddReplayCommand(app, command);
   AddCorrectCommand(app, command);
+  AddSmoothCommand(app, command);
   AddServeCommand(app, command);
   AddSimulateCommand(app, command);
   client::AddCommandTableOption(app);

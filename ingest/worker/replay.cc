@@ -117,8 +117,18 @@ absl::StatusOr<ReplaySummary> Replayer::Run() {
     }
     if (interruption_.WaitUntil(SteadyTime::Now() + kReconnectInterval)) break;
   }
+  const bool interrupted = interruption_.requested() && !pending_.empty();
+  std::optional<client::SmoothingAnswer> smoothed;
+  if (options_.smooth && status.ok() && !interrupted) {
+    HYPERMAP_ASSIGN_OR_RETURN(smoothed,
+                              client_.SmoothPoses(options_.target.map, options_.target.layer));
+  }
   const MutexLock lock(&mutex_);
-  summary_.interrupted = interruption_.requested() && !pending_.empty();
+  summary_.interrupted = interrupted;
+  summary_.smoothed = std::move(smoothed);
+  if (summary_.smoothed) {
+    summary_.revision = std::max(summary_.revision, int64_t{summary_.smoothed->revision});
+  }
   summary_.time = SteadyTime::Now() - begin_;
   if (!status.ok() && !summary_.interrupted) return status;
   return summary_;

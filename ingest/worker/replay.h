@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "client_libs/cpp/answers.h"
 #include "ingest/perception/segmenter.h"
 #include "ingest/sources/rgbd_dataset.h"
 #include "ingest/worker/interruption.h"
@@ -32,6 +34,8 @@ struct ReplayOptions {
   std::function<std::unique_ptr<Segmenter>()> make_segmenter = MakeOrganisedSegmenter;
   // Passed to Observer; may be null.
   std::shared_ptr<const GridLayer> occupancy;
+  // Whether the layer's poses are smoothed (SmoothPoses) when all frames are sent.
+  bool smooth = false;
 };
 
 // Counts of frames by outcome. Each frame is known, skipped, or counted under the outcome of its
@@ -54,6 +58,7 @@ struct ReplaySummary {
   int64_t revision = 0;       // Largest revision of an acknowledgement; 0 without one.
   std::string first_refusal;  // The server's message for the first frame that it refused.
   bool interrupted = false;
+  std::optional<client::SmoothingAnswer> smoothed;  // ReplayOptions::smooth
   absl::Duration time;
 
   int64_t num_skipped() const;

@@ -167,6 +167,9 @@ void AddRunOptions(CLI::App& command, ReplayArguments& a) {
                   "Number of threads that process frames; 0 for one per core")
       ->check(CLI::NonNegativeNumber)
       ->capture_default_str();
+  command.add_flag(
+      "--smooth", a.replay.smooth,
+      "Smooth the poses of the layer when all frames are sent (see the command smooth)");
   command.add_flag("--json", a.json, "Print the summary as JSON");
 }
 

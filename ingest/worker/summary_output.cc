@@ -42,6 +42,11 @@ std::string SummaryJson(const ReplaySummary& summary, const TargetLayer& target)
       {"interrupted", summary.interrupted},
       {"seconds", seconds},
   };
+  if (summary.smoothed) {
+    json["smoothed"] = {{"moved", summary.smoothed->moved},
+                        {"rms_shift_m", summary.smoothed->rms_shift_m},
+                        {"occupancy_layer", summary.smoothed->occupancy_layer}};
+  }
   return json.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
 }
 
@@ -62,11 +67,21 @@ std::string SummaryText(const ReplaySummary& summary, const TargetLayer& target)
                         summary.instances, absl::ToDoubleSeconds(summary.time));
   if (summary.revision > 0) absl::StrAppend(&text, ", revision ", summary.revision);
   text += "\n";
+  if (summary.smoothed) absl::StrAppend(&text, SmoothingText(*summary.smoothed), "\n");
   AppendSkipped("frames", summary.skipped_frames, text);
   AppendSkipped("instances", summary.skipped_instances, text);
   AppendSkipped("input", summary.skipped_input, text);
   if (!summary.first_refusal.empty()) {
     absl::StrAppend(&text, "first rejected: ", summary.first_refusal, "\n");
+  }
+  return text;
+}
+
+std::string SmoothingText(const client::SmoothingAnswer& smoothed) {
+  std::string text = absl::StrCat(smoothed.moved, " of ", smoothed.matched, " observations moved");
+  if (smoothed.moved > 0) absl::StrAppendFormat(&text, " by %.3f m (rms)", smoothed.rms_shift_m);
+  if (!smoothed.occupancy_layer.empty()) {
+    absl::StrAppend(&text, ", with the walls of ", smoothed.occupancy_layer);
   }
   return text;
 }

@@ -15,6 +15,9 @@ std::string SummaryJson(const ReplaySummary& summary, const TargetLayer& target)
 // Returns a few lines of text.
 std::string SummaryText(const ReplaySummary& summary, const TargetLayer& target);
 
+// Returns "12 of 670 observations moved by 0.04 m (rms), with the walls of occupancy".
+std::string SmoothingText(const client::SmoothingAnswer& smoothed);
+
 }  // namespace hypermap::ingest
 
 #endif  // HYPERMAP_INGEST_WORKER_SUMMARY_OUTPUT_H_

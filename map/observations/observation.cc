@@ -136,6 +136,9 @@ absl::Status Validate(const Observation& observation) {
     return Invalid("stamp", "is not finite");
   }
   HYPERMAP_RETURN_IF_ERROR(ValidatePose(observation.pose));
+  if (observation.claim && !IsPoseCovariance(observation.claim->covariance)) {
+    return Invalid("claim.covariance", "must be finite, symmetric and not negative");
+  }
   if (observation.depth) {
     HYPERMAP_RETURN_IF_ERROR(ValidateView(*observation.depth, observation.detections.size()));
   }
@@ -160,6 +163,11 @@ Observation Transformed(const Observation& observation, const PlanarTransform& t
   spatial.rotate(turn);
   moved.pose.frame_from_camera = spatial * observation.pose.frame_from_camera;
   moved.pose.covariance = TransformedCovariance(observation.pose.covariance, target_from_source);
+  if (moved.claim) {
+    moved.claim->frame_from_view = target_from_source * observation.claim->frame_from_view;
+    moved.claim->covariance =
+        TransformedCovariance(observation.claim->covariance, target_from_source);
+  }
   moved.view_hull = target_from_source * observation.view_hull;
   moved.free_space = target_from_source * observation.free_space;
   for (Detection& detection : moved.detections) {

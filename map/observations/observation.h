@@ -92,6 +92,14 @@ struct SensorPose {
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
+// A pose on the plane as a localisation claims it: the origin below the camera, the x axis along
+// its optical axis (ViewPose).
+struct PoseClaim {
+  PlanarTransform frame_from_view;
+  // Covariance of (x, y, yaw), in m and rad. Zero: exact.
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
 // Maximal number of detections in an observation, as DepthView::owner is one byte.
 inline constexpr size_t kMaxDetections = 254;
 
@@ -105,6 +113,9 @@ struct Observation {
   // The frame of all coordinates; empty: the map's own.
   std::string frame_id;
   SensorPose pose;
+  // The claim from which `pose` was found by matching the frame to a map; nullopt if `pose` is the
+  // claim itself.
+  std::optional<PoseClaim> claim;
   // Convex hull of everything that was seen, on the plane (Zaenker et al. 2020, section IV-B). May
   // be empty.
   Polygon view_hull;

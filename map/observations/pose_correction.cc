@@ -105,6 +105,7 @@ std::optional<Observation> WithPose(const Observation& observation, const Correc
   Observation moved =
       Transformed(observation, pose.frame_from_view * claimed.Inverse(), observation.frame_id);
   moved.pose.covariance = pose.covariance;
+  moved.claim.reset();
   if (!CanBeStored(moved)) return std::nullopt;
   return moved;
 }

@@ -32,6 +32,9 @@ struct CorrectedPose {
 struct PoseCorrection {
   std::string robot;
   std::vector<CorrectedPose> poses;  // Ascending by stamp, no two of one stamp.
+  // Whether the poses were computed from the observations (map/smoothing), rather than told by the
+  // robot: the next computation begins without them.
+  bool is_smoothed = false;
 };
 
 // Bounds the memory of a correction: 14 hours at 2 Hz.

@@ -52,6 +52,7 @@ constexpr RpcInfo kRpcs[] = {
     {Rpc::kStopExploration, kExplorationService, "StopExploration", Role::kEditor, By::kOwner},
     // A robot may correct its own poses only.
     {Rpc::kCorrectPoses, kIngestService, "CorrectPoses", Role::kRobot, By::kOwner},
+    {Rpc::kSmoothPoses, kIngestService, "SmoothPoses", Role::kRobot, By::kOwner},
     {Rpc::kExplainObject, kIngestService, "ExplainObject", Role::kReader, By::kOwner},
     {Rpc::kObserve, kIngestService, "Observe", Role::kRobot, By::kOwner},
     {Rpc::kRebuildLayer, kIngestService, "RebuildLayer", Role::kEditor, By::kOwner},

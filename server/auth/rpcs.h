@@ -43,6 +43,7 @@ enum class Rpc {
   kStopExploration,
   // hypermap.v1.IngestService
   kCorrectPoses,
+  kSmoothPoses,
   kExplainObject,
   kObserve,
   kRebuildLayer,

@@ -44,7 +44,7 @@ absl::StatusOr<EvidenceLog> EvidenceLog::Open(std::string layer, storage::Fusion
                             stored->FactsOfKind(log.layer_, kPosesKind));
   for (const storage::LogEntry& entry : corrections) {
     HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, *codec));
-    log.Keep(entry.key, std::move(evidence.correction));
+    log.corrections_.Add(entry.key, std::move(evidence.correction));
   }
   return log;
 }
@@ -176,38 +176,17 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Correct(const PoseCorre
                             DecodeEvidence({key, fact.kind, fact.track, fact.body}, *codec_));
   num_facts_ = key.number;
   last_ = key;
-  Keep(key, evidence.correction);
+  corrections_.Add(key, evidence.correction);
   recent_.emplace(key, std::move(evidence));
   change_.facts.push_back(std::move(fact));
   return corrected;
-}
-
-void EvidenceLog::Keep(const storage::LogKey& key,
-                       std::shared_ptr<const PoseCorrection> correction) {
-  num_poses_ += static_cast<int64_t>(correction->poses.size());
-  corrections_[correction->robot][key] = std::move(correction);
-}
-
-std::shared_ptr<const Observation> EvidenceLog::Corrected(
-    std::shared_ptr<const Observation> observation) const {
-  const auto of_robot = corrections_.find(observation->robot);
-  if (of_robot == corrections_.end()) return observation;
-  const storage::LogKey key{KeyOf(*observation), 0};
-  for (auto it = of_robot->second.rbegin(); it != of_robot->second.rend() && key < it->first;
-       ++it) {
-    const std::optional<CorrectedPose> pose = PoseAt(it->second->poses, observation->stamp);
-    if (!pose) continue;
-    std::optional<Observation> corrected = WithPose(*observation, *pose);
-    if (corrected) return std::make_shared<const Observation>(*std::move(corrected));
-  }
-  return observation;
 }
 
 absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
     const ObservationKey& key) const {
   const storage::LogKey log_key{key, 0};
   if (const auto it = recent_.find(log_key); it != recent_.end()) {
-    return Corrected(it->second.observation);
+    return corrections_.Apply(it->second.observation);
   }
   // The log is read after a key: this one is greater than all keys before log_key.
   storage::LogKey before = log_key;
@@ -219,13 +198,14 @@ absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
     return absl::DataLossError("an observation is not where the log has it");
   }
   HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entries.front(), *codec_));
-  return Corrected(std::move(evidence.observation));
+  return corrections_.Apply(std::move(evidence.observation));
 }
 
 absl::StatusOr<std::optional<Evidence>> EvidenceLog::Decode(const storage::LogEntry& entry) const {
   if (entry.key.number == 0 && retracted_.count(entry.key.after) > 0) return std::nullopt;
   HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, *codec_));
-  if (evidence.observation) evidence.observation = Corrected(std::move(evidence.observation));
+  if (evidence.observation)
+    evidence.observation = corrections_.Apply(std::move(evidence.observation));
   return evidence;
 }
 
@@ -239,7 +219,8 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
     const bool retracted = recent->second.observation && retracted_.count(recent->first.after) > 0;
     if (!retracted) {
       Evidence evidence = recent->second;
-      if (evidence.observation) evidence.observation = Corrected(std::move(evidence.observation));
+      if (evidence.observation)
+        evidence.observation = corrections_.Apply(std::move(evidence.observation));
       goes_on = visit(evidence);
     }
     ++recent;
@@ -278,12 +259,7 @@ void EvidenceLog::BeginAfter(const storage::LogKey& base) {
   begin_ = base;
   recent_.erase(recent_.begin(), recent_.upper_bound(base));
   complete_after_ = std::max(complete_after_, base);
-  for (auto& [robot, corrections] : corrections_) {
-    while (!corrections.empty() && corrections.begin()->first <= base) {
-      num_poses_ -= static_cast<int64_t>(corrections.begin()->second->poses.size());
-      corrections.erase(corrections.begin());
-    }
-  }
+  corrections_.RemoveUpTo(base);
 }
 
 void EvidenceLog::TakeChange(storage::FusionChange* change) {

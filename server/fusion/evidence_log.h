@@ -18,6 +18,7 @@
 #include "map/fusion/strategy.h"
 #include "server/fusion/evidence.h"
 #include "server/fusion/fusion_options.h"
+#include "server/fusion/pose_corrections.h"
 #include "storage/fusion_log.h"
 
 namespace hypermap::server {
@@ -59,12 +60,9 @@ class EvidenceLog {
   // order; if there are none, nothing is added.
   // FAILED_PRECONDITION if some of them may be forgotten.
   absl::StatusOr<std::vector<ObservationKey>> Correct(const PoseCorrection& correction);
-  // An observation of the log, or one that it is about to get, as the corrections leave it.
-  std::shared_ptr<const Observation> Corrected(
-      std::shared_ptr<const Observation> observation) const;
-
-  // Memory of the corrections.
-  int64_t correction_bytes() const { return num_poses_ * int64_t{sizeof(CorrectedPose)}; }
+  // The corrections. Observations of the log, and those that it is about to get, are stored without
+  // them.
+  const PoseCorrections& corrections() const { return corrections_; }
 
   // The observation with this key. It may have been retracted since the last Written. DATA_LOSS if
   // it is not in the log.
@@ -99,8 +97,6 @@ class EvidenceLog {
   absl::StatusOr<std::set<ObservationKey>> KeysOf(const std::string& robot, absl::Time from,
                                                   absl::Time to) const;
 
-  void Keep(const storage::LogKey& key, std::shared_ptr<const PoseCorrection> correction);
-
   // Decodes an entry of the store; nullopt if it is retracted, which the store may not know yet.
   absl::StatusOr<std::optional<Evidence>> Decode(const storage::LogEntry& entry) const;
 
@@ -115,10 +111,7 @@ class EvidenceLog {
   // Upper bound of all keys; facts are added after it.
   storage::LogKey last_ = storage::BeforeAll();
   int64_t num_facts_ = 0;  // number of the newest fact
-  // Of each robot, ordered by key: of those that cover an observation the last one counts.
-  std::map<std::string, std::map<storage::LogKey, std::shared_ptr<const PoseCorrection>>>
-      corrections_;
-  int64_t num_poses_ = 0;  // of corrections_
+  PoseCorrections corrections_;
   // A cache: all entries after complete_after_, and all that are not stored yet. Observations are
   // without corrections.
   std::map<storage::LogKey, Evidence> recent_;

@@ -145,7 +145,7 @@ TEST_P(EvidenceRetentionTest, NothingThatIsShownChanges) {
           correction.poses.push_back({from + i * kMaxPoseGap, PlanarTransform(x, 0.0, 0.02 * i),
                                       1e-4 * Eigen::Matrix3d::Identity()});
         }
-        const CorrectPoses correct{"things", "", correction};
+        const CorrectPoses correct{"things", "", {correction}};
         const auto edits = map_.Run(correct);
         if (edits.ok()) ASSERT_TRUE(oracle_.Run(correct).ok());
         EXPECT_TRUE(edits.ok() || absl::IsNotFound(edits.status()) ||
@@ -215,7 +215,7 @@ TEST_P(EvidenceRetentionTest, ChangesOfForgottenObservationsAreRefused) {
   EXPECT_THAT(std::string(status.message()), HasSubstr("--observation_age"));
   EXPECT_EQ(map_.Objects(), before);
   const PoseCorrection correction{"a", {{BeginOfLog(), PlanarTransform()}}};
-  const absl::Status uncorrected = map_.Run(CorrectPoses{"things", "", correction}).status();
+  const absl::Status uncorrected = map_.Run(CorrectPoses{"things", "", {correction}}).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(uncorrected)) << uncorrected;
   EXPECT_EQ(map_.Objects(), before);
   // Nothing of the other robot is forgotten.

@@ -216,7 +216,7 @@ absl::StatusOr<FusedLayer::Judged> FusedLayer::Judge(const Observation& observat
   // group.
   const ExploredArea area(snapshot, settings_.exploration_layer, kept->frame_id);
   auto observed = std::make_shared<const Observation>(*std::move(kept));
-  if (absl::Status status = area.Check(log_.Corrected(observed)->free_space, limits);
+  if (absl::Status status = area.Check(log_.corrections().Apply(observed)->free_space, limits);
       !status.ok()) {
     return invalid(status);
   }
@@ -236,7 +236,7 @@ absl::StatusOr<ObservationVerdict> FusedLayer::Admit(const Observation& observat
   ChangedAt(key);
   ChangeLate(key, judged.logged.body);
   ++new_entries_;
-  explored_.push_back(log_.Corrected(judged.kept)->free_space);
+  explored_.push_back(log_.corrections().Apply(judged.kept)->free_space);
   log_.Add(std::move(judged.kept), std::move(judged.logged));
   return std::move(judged.verdict);
 }
@@ -271,7 +271,7 @@ absl::StatusOr<bool> FusedLayer::BeginLate(Lane lane,
     expected.known[{key.after.robot, key.after.sequence}] = {judged.logged.content_hash};
     absl::Time& newest = expected.newest.emplace(key.after.robot, key.after.stamp).first->second;
     newest = std::max(newest, key.after.stamp);
-    late[key] = {log_.Corrected(std::move(judged.kept)), std::move(judged.logged.body)};
+    late[key] = {log_.corrections().Apply(std::move(judged.kept)), std::move(judged.logged.body)};
   }
   if (late.empty()) return false;
   HYPERMAP_ASSIGN_OR_RETURN(FoldPoint before, CheckpointBefore(late.begin()->first));
@@ -458,7 +458,7 @@ bool FusedLayer::TakeLate() {
 }
 
 void FusedLayer::CountBytes() {
-  bytes_ = fold_.Bytes() + log_.correction_bytes();
+  bytes_ = fold_.Bytes() + log_.corrections().bytes();
   for (const std::optional<LateFold>& late : late_) {
     if (late) bytes_ += late->fold().Bytes();
   }

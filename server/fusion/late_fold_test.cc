@@ -98,7 +98,7 @@ class LateFoldTest : public ::testing::TestWithParam<const char*> {
                0.001 * Eigen::Matrix3d::Identity()});
         }
         return Both([&](FusedMap& map) {
-          map.Run(CorrectPoses{"things", "", correction}).status().IgnoreError();
+          map.Run(CorrectPoses{"things", "", {correction}}).status().IgnoreError();
         });
       }
       case 3:

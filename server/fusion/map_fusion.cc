@@ -348,12 +348,13 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
   HYPERMAP_ASSIGN_OR_RETURN(const std::string frame, snapshot.ResolveFrame(command.frame_id));
   HYPERMAP_ASSIGN_OR_RETURN(const PlanarTransform layer_from_frame,
                             snapshot.frames.Lookup(layer->spec().frame_id, frame));
-  // In the layer's frame, in which it is stored.
-  const PoseCorrection correction = Transformed(command.correction, layer_from_frame);
-  HYPERMAP_RETURN_IF_ERROR(Validate(correction));
   std::unique_ptr<FusedLayer> corrected = fused->Copy();
-  HYPERMAP_ASSIGN_OR_RETURN(const int64_t changed, corrected->Correct(correction));
-  if (changed == 0) {
+  for (const PoseCorrection& told : command.corrections) {
+    // In the layer's frame, in which it is stored.
+    const PoseCorrection correction = Transformed(told, layer_from_frame);
+    HYPERMAP_RETURN_IF_ERROR(Validate(correction));
+    HYPERMAP_ASSIGN_OR_RETURN(const int64_t changed, corrected->Correct(correction));
+    if (changed > 0) continue;
     return absl::NotFoundError(absl::StrCat("layer \"", command.layer,
                                             "\" has no observations of robot \"", correction.robot,
                                             "\" at the times of the poses"));

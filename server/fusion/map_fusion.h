@@ -50,12 +50,12 @@ struct RetractObservations {
   absl::Time to = absl::InfiniteFuture();
 };
 
-// Corrects the poses of a robot's observations; `frame_id` is the frame of the poses. NOT_FOUND if
-// it corrects none.
+// Corrects the poses of robots' observations; `frame_id` is the frame of the poses. NOT_FOUND if
+// one of the corrections concerns no observation.
 struct CorrectPoses {
   std::string layer;
   std::string frame_id;
-  PoseCorrection correction;
+  std::vector<PoseCorrection> corrections;
 };
 
 using FusionCommand = std::variant<StartFusion, RebuildFusion, RetractObservations, CorrectPoses>;

@@ -257,7 +257,7 @@ TEST(ReactionTest, CorrectionsToAnyPlaceDoNoHarm) {
     for (int i = 0; i < 8; ++i) ASSERT_TRUE(observe(i).ok());
     ASSERT_TRUE(map.Edit({{SetTransform{{"map", "far", PlanarTransform(9e8, 0.0, 0.0)}}}}).ok());
     const PoseCorrection of_far{"a", {{begin, PlanarTransform(9e8, 0.0, 0.0)}}};
-    const absl::Status too_far = map.Run(CorrectPoses{"things", "far", of_far}).status();
+    const absl::Status too_far = map.Run(CorrectPoses{"things", "far", {of_far}}).status();
     EXPECT_TRUE(absl::IsInvalidArgument(too_far)) << too_far;
     const std::vector<SemanticObject> before = map.Objects();
     PoseCorrection correction{"a", {}};
@@ -265,7 +265,7 @@ TEST(ReactionTest, CorrectionsToAnyPlaceDoNoHarm) {
       correction.poses.push_back({begin + i * kMaxPoseGap, PlanarTransform(-1e9, 1e9, 0.5)});
     }
     // What would be too far away stays where it is.
-    ASSERT_TRUE(map.Run(CorrectPoses{"things", "", correction}).ok());
+    ASSERT_TRUE(map.Run(CorrectPoses{"things", "", {correction}}).ok());
     EXPECT_EQ(map.Objects(), before);
     // The cells of "evidence" do not reach so far.
     if (strategy == absl::string_view("paper")) EXPECT_THAT(before, SizeIs(1));

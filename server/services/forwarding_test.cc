@@ -432,6 +432,7 @@ TEST_F(ForwardedObserveTest, CommandsAndExplanationsAreThoseOfTheOwner) {
   EXPECT_TRUE(client.RebuildLayer("site", "cups", "", "").ok());
   const PoseCorrection correction{"cart", {{explained->events[0].at.stamp, PlanarTransform()}}};
   EXPECT_TRUE(client.CorrectPoses("site", "cups", correction).ok());
+  EXPECT_TRUE(client.SmoothPoses("site", "cups").ok());
   EXPECT_TRUE(client.RetractSource("site", "cups", "cart").ok());
   EXPECT_EQ(SessionOf(other_).snapshot()->revision, 0);
 }

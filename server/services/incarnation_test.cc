@@ -227,6 +227,7 @@ TEST_F(IncarnationTest, ObservationsAndTheirCommandsAreCheckedAndAnsweredWithIt)
                     .status());
   const PoseCorrection correction{"cart", {CorrectedPose{}}};
   ExpectAborted(client_.CorrectPoses("site", "cups", correction, "", Expecting(kOther)).status());
+  ExpectAborted(client_.SmoothPoses("site", "cups", "", Expecting(kOther)).status());
 }
 
 // Without the check, the old map's edit would be carried out anew, because the new map does not

@@ -1,12 +1,16 @@
 #include "server/services/ingest_service.h"
 
 #include <memory>
+#include <optional>
+#include <string>
 #include <utility>
 
 #include "base/status/status_macros.h"
 #include "server/rpc/request_digest.h"
 #include "server/services/observe_call.h"
 #include "server/session/object_history.h"
+#include "server/session/pose_smoothing.h"
+#include "server/session/same_request.h"
 #include "wire/ingest.h"
 #include "wire/observation.h"
 #include "wire/time.h"
@@ -82,12 +86,65 @@ grpc::ServerUnaryReactor* IngestService::CorrectPoses(grpc::CallbackServerContex
   return StartOn(&facilities_.workers->writes, call, [this, call] {
     const v1::CorrectPosesRequest& request = call->request();
     HYPERMAP_RETURN_IF_ERROR(call->context().caller().CheckRobot(request.robot()));
-    server::CorrectPoses command{request.layer(), request.frame_id(), {request.robot(), {}}};
-    HYPERMAP_ASSIGN_OR_RETURN(command.correction.poses,
-                              wire::DecodeCorrectedPoses(request.poses()));
-    HYPERMAP_RETURN_IF_ERROR(Validate(command.correction));
-    return StartCommand(facilities_, call, request, std::move(command), call->response());
+    PoseCorrection correction{request.robot(), {}};
+    HYPERMAP_ASSIGN_OR_RETURN(correction.poses, wire::DecodeCorrectedPoses(request.poses()));
+    HYPERMAP_RETURN_IF_ERROR(Validate(correction));
+    return StartCommand(
+        facilities_, call, request,
+        server::CorrectPoses{request.layer(), request.frame_id(), {std::move(correction)}},
+        call->response());
   });
+}
+
+grpc::ServerUnaryReactor* IngestService::SmoothPoses(grpc::CallbackServerContext* context,
+                                                     const grpc::ByteBuffer* request,
+                                                     grpc::ByteBuffer* response) {
+  const auto call = BeginCall<v1::SmoothPosesRequest, v1::SmoothPosesResponse>(
+      facilities_.for_calls(), context, Rpc::kSmoothPoses, {request, response});
+  // It reads a whole log, and waits for the map's writer.
+  return AnswerOn(
+      &facilities_.workers->long_questions, call,
+      [this, call] { return Smooth(*call, call->request(), call->response()); }, Turns::kOnePerMap);
+}
+
+absl::StatusOr<int64_t> IngestService::Smooth(UnaryCall& call,
+                                              const v1::SmoothPosesRequest& request,
+                                              v1::SmoothPosesResponse* response) const {
+  HYPERMAP_ASSIGN_OR_RETURN(const std::shared_ptr<MapSession> session,
+                            FindMap(facilities_, request.map(), request.incarnation()));
+  HYPERMAP_RETURN_IF_ERROR(ValidateRequestId(request.request_id()));
+  const std::string digest = DigestOf(request);
+  std::optional<storage::Receipt> earlier;
+  if (!request.request_id().empty()) {
+    HYPERMAP_ASSIGN_OR_RETURN(earlier, session->FindReceipt(request.request_id()));
+    if (earlier) HYPERMAP_RETURN_IF_ERROR(CheckSameRequest(*earlier, digest));
+  }
+  response->set_map(request.map());
+  response->set_incarnation(session->incarnation());
+  if (earlier) {
+    response->set_revision(earlier->revision);
+    return 0;
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(
+      SmoothedPoses smoothed,
+      server::SmoothPoses(*session, request.layer(), request.occupancy_layer(),
+                          [&call] { return call.CheckWanted(); }));
+  response->set_revision(session->snapshot()->revision);
+  response->set_matched(smoothed.matched);
+  response->set_moved(smoothed.moved);
+  response->set_rms_shift_m(smoothed.rms_shift_m);
+  response->set_occupancy_layer(smoothed.occupancy_layer);
+  if (smoothed.corrections.empty()) return 0;
+  HYPERMAP_ASSIGN_OR_RETURN(std::string author, call.context().author());
+  FusionSubmission submission{server::CorrectPoses{request.layer(), std::move(smoothed.frame_id),
+                                                   std::move(smoothed.corrections)},
+                              std::move(author), request.request_id(), digest};
+  submission.client = call.ticket().client();
+  HYPERMAP_ASSIGN_OR_RETURN(const storage::Receipt receipt,
+                            session->RunAndWait(std::move(submission)));
+  call.context().Edited(receipt.revision, request.request_id(), 1);
+  response->set_revision(receipt.revision);
+  return smoothed.moved;
 }
 
 grpc::ServerUnaryReactor* IngestService::ExplainObject(grpc::CallbackServerContext* context,

@@ -18,8 +18,9 @@ class IngestService : public v1::IngestService::WithRawCallbackMethod_Observe<
                           v1::IngestService::WithRawCallbackMethod_RebuildLayer<
                               v1::IngestService::WithRawCallbackMethod_RetractSource<
                                   v1::IngestService::WithRawCallbackMethod_CorrectPoses<
-                                      v1::IngestService::WithRawCallbackMethod_ExplainObject<
-                                          v1::IngestService::Service>>>>> {
+                                      v1::IngestService::WithRawCallbackMethod_SmoothPoses<
+                                          v1::IngestService::WithRawCallbackMethod_ExplainObject<
+                                              v1::IngestService::Service>>>>>> {
  public:
   explicit IngestService(const Facilities& facilities) : facilities_(facilities) {}
 
@@ -37,11 +38,16 @@ class IngestService : public v1::IngestService::WithRawCallbackMethod_Observe<
   grpc::ServerUnaryReactor* CorrectPoses(grpc::CallbackServerContext* context,
                                          const grpc::ByteBuffer* request,
                                          grpc::ByteBuffer* response) override;
+  grpc::ServerUnaryReactor* SmoothPoses(grpc::CallbackServerContext* context,
+                                        const grpc::ByteBuffer* request,
+                                        grpc::ByteBuffer* response) override;
   grpc::ServerUnaryReactor* ExplainObject(grpc::CallbackServerContext* context,
                                           const grpc::ByteBuffer* request,
                                           grpc::ByteBuffer* response) override;
 
  private:
+  absl::StatusOr<int64_t> Smooth(UnaryCall& call, const v1::SmoothPosesRequest& request,
+                                 v1::SmoothPosesResponse* response) const;
   absl::StatusOr<int64_t> Explain(const UnaryCall& call, const v1::ExplainObjectRequest& request,
                                   v1::ExplainObjectResponse* response) const;
 

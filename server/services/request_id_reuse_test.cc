@@ -106,6 +106,12 @@ class RequestIdReuseTest : public ::testing::Test {
         });
   }
 
+  grpc::Status SmoothPoses(const std::string& request_id) {
+    return Call<v1::SmoothPosesResponse, v1::IngestService::Stub, v1::SmoothPosesRequest>(
+        *ingest_, &v1::IngestService::Stub::SmoothPoses, request_id,
+        [](v1::SmoothPosesRequest& request) { request.set_layer("cups"); });
+  }
+
   grpc::Status StartExploration(const std::string& request_id) {
     return Call<v1::StartExplorationResponse, v1::ExplorationService::Stub,
                 v1::StartExplorationRequest>(*server_.exploration,
@@ -178,6 +184,7 @@ TEST_F(RequestIdReuseTest, C6AnotherRpcIsRefusedAndTheOtherRequestIsNamed) {
       {"RebuildLayer", [this] { return RebuildLayer("r1"); }},
       {"RetractSource", [this] { return RetractSource("r1"); }},
       {"CorrectPoses", [this] { return CorrectPoses("r1"); }},
+      {"SmoothPoses", [this] { return SmoothPoses("r1"); }},
       {"StartExploration", [this] { return StartExploration("r1"); }},
       {"ImportMap", [this] { return Import("r1", "site", kCup); }},
   };

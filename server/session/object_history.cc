@@ -81,7 +81,7 @@ class Histories {
 
 // Folds the entries after `beginning`.
 absl::Status FoldAll(MapSession& session, const std::string& layer, FoldPoint beginning,
-                     const fusion::Strategy& strategy,
+                     const PoseCorrections& corrections, const fusion::Strategy& strategy,
                      const std::function<absl::Status()>& check_wanted, Histories* histories) {
   fusion::StatePtr state = std::move(beginning.state);
   storage::LogKey at = std::move(beginning.key);
@@ -89,8 +89,11 @@ absl::Status FoldAll(MapSession& session, const std::string& layer, FoldPoint be
     HYPERMAP_RETURN_IF_ERROR(check_wanted());
     HYPERMAP_ASSIGN_OR_RETURN(const std::vector<Evidence> entries,
                               session.ReadEvidence(layer, at, kReadEntries));
-    for (const Evidence& evidence : entries) {
+    for (Evidence evidence : entries) {
       HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
+      if (evidence.observation) {
+        evidence.observation = corrections.Apply(std::move(evidence.observation));
+      }
       fusion::FoldReport report;
       state = Fold(strategy, state, evidence, &report);
       histories->Add(evidence, report);
@@ -110,11 +113,13 @@ absl::StatusOr<ObjectHistory> ExplainObject(MapSession& session, const std::stri
   history.incarnation = session.incarnation();
   history.object_id = object_id;
   std::vector<fusion::TrackKey> tracks;
+  PoseCorrections corrections;
   absl::Status status = session.InspectFusion(layer, [&](FusedLayer& fused) {
     history.revision = session.snapshot()->revision;
     history.strategy = fused.settings().strategy;
     history.parameters = fused.settings().parameters;
     tracks = fused.TracksOf(object_id);
+    corrections = fused.log().corrections();
     return absl::OkStatus();
   });
   HYPERMAP_RETURN_IF_ERROR(status);
@@ -131,7 +136,8 @@ absl::StatusOr<ObjectHistory> ExplainObject(MapSession& session, const std::stri
   const storage::LogKey begin = beginning.key;
   if (base) history.forgotten_until = begin.after.stamp;
   Histories histories;
-  status = FoldAll(session, layer, std::move(beginning), *strategy, check_wanted, &histories);
+  status = FoldAll(session, layer, std::move(beginning), corrections, *strategy, check_wanted,
+                   &histories);
   HYPERMAP_RETURN_IF_ERROR(status);
   status = session.InspectFusion(layer, [&](FusedLayer& fused) {
     if (fused.log().begin() == begin) return absl::OkStatus();

@@ -476,13 +476,13 @@ TEST(MapFusionTest, CorrectedObservationsAreAsIfTheirPosesHadBeenClaimed) {
                                              : observation);
   }
   const ObjectId cup = site.Find("cup")->id;
-  ASSERT_TRUE(site.Run(CorrectPoses{"things", "", rough}).ok());
-  const auto corrected = site.Run(CorrectPoses{"things", "", good}, "r1");
+  ASSERT_TRUE(site.Run(CorrectPoses{"things", "", {rough}}).ok());
+  const auto corrected = site.Run(CorrectPoses{"things", "", {good}}, "r1");
   ASSERT_TRUE(corrected.ok()) << corrected.status();
   ExpectShowsTheSame(site, claimed);
   EXPECT_EQ(site.Find("cup")->id, cup);
   // The same request changes nothing more.
-  EXPECT_EQ(site.Run(CorrectPoses{"things", "", good}, "r1")->revision, corrected->revision);
+  EXPECT_EQ(site.Run(CorrectPoses{"things", "", {good}}, "r1")->revision, corrected->revision);
   site.Restart();
   ExpectShowsTheSame(site, claimed);
   // Facts and later observations come after the correction; a late one is corrected, too.
@@ -508,13 +508,14 @@ TEST(MapFusionTest, PosesThatCorrectNothingAreRefused) {
   after.stamp += absl::Seconds(1);
   const Revision revision = site.snapshot()->revision;
   const auto correct = [&](const std::string& robot, std::vector<CorrectedPose> poses) {
-    return site.Run(CorrectPoses{"things", "", {robot, std::move(poses)}}).status();
+    return site.Run(CorrectPoses{"things", "", {{robot, std::move(poses)}}}).status();
   };
   EXPECT_TRUE(absl::IsNotFound(correct("b", {at})));
   EXPECT_TRUE(absl::IsNotFound(correct("a", {before, after})));  // A gap.
   EXPECT_TRUE(absl::IsInvalidArgument(correct("a", {})));
   EXPECT_TRUE(absl::IsInvalidArgument(correct("a", {after, before})));
-  EXPECT_TRUE(absl::IsNotFound(site.Run(CorrectPoses{"things", "nowhere", {"a", {at}}}).status()));
+  EXPECT_TRUE(
+      absl::IsNotFound(site.Run(CorrectPoses{"things", "nowhere", {{"a", {at}}}}).status()));
   EXPECT_EQ(site.snapshot()->revision, revision);
   EXPECT_TRUE(correct("a", {at}).ok());
   EXPECT_EQ(site.snapshot()->revision, revision + 1);

@@ -25,8 +25,12 @@ struct CommandBytes {
     return Length(command.layer) + Length(command.robot);
   }
   int64_t operator()(const CorrectPoses& command) const {
-    return Length(command.layer) + Length(command.frame_id) + Length(command.correction.robot) +
-           static_cast<int64_t>(command.correction.poses.size() * sizeof(CorrectedPose));
+    int64_t bytes = Length(command.layer) + Length(command.frame_id);
+    for (const PoseCorrection& correction : command.corrections) {
+      bytes += Length(correction.robot) +
+               static_cast<int64_t>(correction.poses.size() * sizeof(CorrectedPose));
+    }
+    return bytes;
   }
 };
 

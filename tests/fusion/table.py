@@ -40,9 +40,15 @@ class Drive:
                 replay = [programs / "hypermap-ingest", "replay", *at, self.folder, "--map=drive",
                           f"--detections={arguments.detections}", f"--poses={arguments.poses}",
                           *(["--parameters", arguments.parameters] if arguments.parameters else [])]
+                smooth = arguments.smooth and programs == BIN
+                occupancy = self.folder / "occupancy.yaml"
+                if smooth and occupancy.exists():
+                    run(programs / "hypermap", *at, "import", "--map=drive", occupancy)
                 with concurrent.futures.ThreadPoolExecutor() as robots:
                     list(robots.map(lambda robot: run(*replay, f"--robot=robot_{robot}"),
                                     range(arguments.robots)))
+                if smooth:
+                    run(programs / "hypermap-ingest", "smooth", *at, "--map=drive")
                 evaluate = [programs / "hypermap", *at, "--json", "eval", "drive",
                             "--layer=semantic", "--truth"]
                 report = json.loads(run(*evaluate, self.folder / "gt.geojson"))
@@ -98,6 +104,8 @@ def main():
     parser.add_argument("--robots", type=int, default=1,
                         help="how many robots send each drive at once, each with the same errors")
     parser.add_argument("--parameters", help="of the fusion strategy, as JSON")
+    parser.add_argument("--no_smoothing", dest="smooth", action="store_false",
+                        help="leave the poses as they are sent; a peer's always are")
     arguments = parser.parse_args()
     drives = [Drive(folder, folder.name, True) for folder in arguments.drives]
     arguments.scenes.mkdir(parents=True, exist_ok=True)

@@ -27,6 +27,7 @@ NEEDED = {
     "ListExplorations": READER, "ListFrontiers": READER, "ReleaseGoal": ROBOT, "RenewGoal": ROBOT,
     "StartExploration": EDITOR, "StopExploration": EDITOR, "ExplainObject": READER,
     "Observe": ROBOT, "RebuildLayer": EDITOR, "RetractSource": ROBOT, "CorrectPoses": ROBOT,
+    "SmoothPoses": ROBOT,
     "QueryArea": READER, "QueryNearest": READER, "QueryPoint": READER, "QueryPoints": READER, "QueryValue": READER,
     "EstimateTransform": READER,
     "ListChanges": READER, "ListRevisions": READER, "Replicate": READER, "Watch": READER,

@@ -151,6 +151,14 @@ class Cancellation(CancellationTest):
             for _ in range(20)])
         self.assertLess(sites.revision(self.client), before + 60)
 
+    @cancels("SmoothPoses")
+    def test_smoothing_of_poses(self):
+        self.make_fused_layer(4000)
+        before = sites.revision(self.client)
+        self.expect_given_up("SmoothPoses", lambda: [
+            self.begin("SmoothPoses", map="site", layer="things") for _ in range(20)])
+        self.assertEqual(sites.revision(self.client), before)
+
     @cancels("ExportMap")
     def test_export(self):
         self.make_floor()

@@ -129,6 +129,9 @@ ROOMS = {
         "base/cancellation", "base/metering", "map", "map/exploration", "map/frames",
         "map/geometry", "map/grid", "map/layers", "map/values",
     ),
+    "map/smoothing": pure(
+        "base/cancellation", "base/status", "map/frames", "map/grid", "map/layers", "map/observations",
+    ),
     "map/evaluation": pure("map/geometry", "map/matching", "map/values"),
     # json: parameters and checkpoints are the strategies' own texts.
     "map/fusion": pure(
@@ -211,8 +214,8 @@ ROOMS = {
     "server/session": Room(
         ["base/admission", "base/cancellation", "base/limits", "base/logging", "base/metering",
          "base/status", "base/sync", "base/time", "map", "map/digest", "map/edits", "map/layers",
-         "map/objects", "map/observations", "map/query", "map/watch", "server/fusion",
-         "server/presence", "storage"],
+         "map/objects", "map/observations", "map/query", "map/smoothing", "map/watch",
+         "server/fusion", "server/presence", "storage"],
         {"absl"},
     ),
     "server/exploration": Room(

@@ -182,6 +182,20 @@ def test_corrected_poses_move_what_was_seen(client: Client, fused: str) -> None:
     assert client.query_point(fused, (2, 0))["seen"].value != 1
 
 
+def test_smoothing_tells_what_it_has_moved(client: Client, fused: str) -> None:
+    with client.observe(fused, "found") as stream:
+        stream.submit([observation(i) for i in range(10)])
+    revision = client.get_map(fused).revision
+    smoothing = client.smooth_poses(fused, "found")
+    # The observations have no depth by which they could be matched.
+    assert (smoothing.revision, smoothing.matched, smoothing.moved) == (revision, 0, 0)
+    assert (smoothing.rms_shift_m, smoothing.occupancy_layer) == (0.0, "")
+    with pytest.raises(NotFound):
+        client.smooth_poses(fused, "nothing")
+    with pytest.raises(InvalidArgument, match="occupancy_layer"):
+        client.smooth_poses(fused, "found", occupancy_layer="seen")
+
+
 def test_rebuilding_a_layer_changes_its_strategy(client: Client, fused: str) -> None:
     with client.observe(fused, "found") as stream:
         stream.submit([observation(i) for i in range(10)])

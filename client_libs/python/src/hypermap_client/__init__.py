@@ -108,6 +108,7 @@ from .observations import (
     ObservationOutcome,
     OpenedLayer,
     SensorPose,
+    Smoothing,
 )
 from .registration import (
     AgreeingPair,
@@ -228,6 +229,7 @@ __all__ = [
     "ShapeKind",
     "SharedMap",
     "SharingServer",
+    "Smoothing",
     "Tls",
     "Transform",
     "TransformEstimate",

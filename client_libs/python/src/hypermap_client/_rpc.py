@@ -87,6 +87,7 @@ STREAM_FRAMES = _rpc("FrameService", frame.StreamFramesRequest, frame.StreamFram
 OBSERVE = _rpc("IngestService", ingest.ObserveRequest, ingest.ObserveResponse)
 REBUILD_LAYER = _rpc("IngestService", ingest.RebuildLayerRequest, ingest.RebuildLayerResponse)
 RETRACT_SOURCE = _rpc("IngestService", ingest.RetractSourceRequest, ingest.RetractSourceResponse)
+SMOOTH_POSES = _rpc("IngestService", ingest.SmoothPosesRequest, ingest.SmoothPosesResponse)
 CORRECT_POSES = _rpc("IngestService", ingest.CorrectPosesRequest, ingest.CorrectPosesResponse)
 EXPLAIN_OBJECT = _rpc("IngestService", ingest.ExplainObjectRequest, ingest.ExplainObjectResponse)
 

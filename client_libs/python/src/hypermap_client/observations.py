@@ -118,6 +118,25 @@ class CorrectedPose:
     covariance: NDArray[np.float64] | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class Smoothing:
+    """What smoothing has done to the poses of a layer's observations.
+
+    revision: shows the new poses; the newest one if nothing was moved.
+    matched: number of the observations whose surfaces were looked at.
+    moved: number of the observations that are shown elsewhere now.
+    rms_shift_m: of those, the root mean square distance between the poses that robots told and the
+        new ones, in metres.
+    occupancy_layer: the grid whose walls were used; empty if none was.
+    """
+
+    revision: int
+    matched: int
+    moved: int
+    rms_shift_m: float
+    occupancy_layer: str
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
     """The detections and the free space of one camera frame of a robot.

@@ -12,7 +12,7 @@ from .._proto import ingest_service_pb2 as pb
 from .._requests import new_request_id
 from .._wire.observations import decode_history, encode_corrected_pose
 from .._wire.time import encode_time
-from ..observations import CorrectedPose, ObjectHistory
+from ..observations import CorrectedPose, ObjectHistory, Smoothing
 from .connection import Connection
 from .observe import AsyncObserveStream
 
@@ -163,6 +163,42 @@ class Ingest(Connection):
             incarnation=incarnation,
         )
         return (await self._call(rpc.CORRECT_POSES, request, timeout)).revision
+
+    async def smooth_poses(
+        self,
+        map_name: str,
+        layer: str,
+        *,
+        occupancy_layer: str = "",
+        incarnation: int = 0,
+        request_id: str = "",
+        timeout: float | None = None,
+    ) -> Smoothing:
+        """Computes better poses for a layer's observations from what they have in common.
+
+        Frames that see the same surfaces are matched to each other, and to the walls of an
+        occupancy grid; the layer is fused again with the result. A second call changes nothing.
+
+        occupancy_layer: an occupancy grid of the map; empty for its only one, if it has one.
+
+        Raises NotFound if there is no such map or layer, FailedPrecondition if the layer is not
+        fused, and Aborted if the map has another incarnation than the given one.
+        """
+        request = pb.SmoothPosesRequest(
+            map=map_name,
+            layer=layer,
+            occupancy_layer=occupancy_layer,
+            request_id=request_id or new_request_id(),
+            incarnation=incarnation,
+        )
+        response = await self._call(rpc.SMOOTH_POSES, request, timeout)
+        return Smoothing(
+            revision=response.revision,
+            matched=response.matched,
+            moved=response.moved,
+            rms_shift_m=response.rms_shift_m,
+            occupancy_layer=response.occupancy_layer,
+        )
 
     async def explain_object(
         self, map_name: str, layer: str, object_id: int, *, timeout: float | None = None
