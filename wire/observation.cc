@@ -179,6 +179,26 @@ absl::StatusOr<PoseClaim> DecodeClaim(const std::string& field, const v1::PoseCl
   return claim;
 }
 
+// Decodes the pose of the camera, and that of the view if the observation is relative to it.
+absl::Status DecodePoses(const std::string& prefix, const v1::Observation& message,
+                         Observation* observation) {
+  if (!message.has_view()) {
+    HYPERMAP_ASSIGN_OR_RETURN(observation->pose, DecodeSensorPose(prefix + "pose", message.pose()));
+    return absl::OkStatus();
+  }
+  const std::string view = prefix + "view";
+  if (message.has_pose()) return InvalidField(view, "must not be set beside pose");
+  if (!message.view().has_frame_from_view()) {
+    return InvalidField(view + ".frame_from_view", "is missing");
+  }
+  HYPERMAP_ASSIGN_OR_RETURN(
+      observation->frame_from_view,
+      DecodePose(view + ".frame_from_view", message.view().frame_from_view()));
+  HYPERMAP_ASSIGN_OR_RETURN(observation->pose,
+                            DecodeSensorPose(view + ".camera", message.view().camera()));
+  return absl::OkStatus();
+}
+
 absl::Status CheckStamp(const std::string& field, const google::protobuf::Timestamp& stamp) {
   if (stamp.seconds() < -kMaxSeconds || stamp.seconds() > kMaxSeconds) {
     return InvalidField(field, "lies outside of the years 1678 to 2261");
@@ -199,8 +219,7 @@ absl::StatusOr<Observation> DecodeWith(const std::string& prefix, const v1::Obse
   HYPERMAP_RETURN_IF_ERROR(CheckStamp(prefix + "stamp", message.stamp()));
   observation.stamp = DecodeTime(message.stamp());
   observation.frame_id = message.frame_id();
-  HYPERMAP_ASSIGN_OR_RETURN(SensorPose pose, DecodeSensorPose(prefix + "pose", message.pose()));
-  observation.pose = std::move(pose);
+  HYPERMAP_RETURN_IF_ERROR(DecodePoses(prefix, message, &observation));
   if (message.has_claim()) {
     HYPERMAP_ASSIGN_OR_RETURN(observation.claim, DecodeClaim(prefix + "claim", message.claim()));
   }
@@ -271,7 +290,12 @@ void EncodeObservation(const Observation& observation, v1::Observation* message)
   message->set_sequence(observation.sequence);
   EncodeTime(observation.stamp, message->mutable_stamp());
   message->set_frame_id(observation.frame_id);
-  EncodeSensorPose(observation.pose, message->mutable_pose());
+  if (observation.frame_from_view) {
+    EncodePose(*observation.frame_from_view, message->mutable_view()->mutable_frame_from_view());
+    EncodeSensorPose(observation.pose, message->mutable_view()->mutable_camera());
+  } else {
+    EncodeSensorPose(observation.pose, message->mutable_pose());
+  }
   if (!observation.view_hull.empty()) {
     EncodePolygon(observation.view_hull, message->mutable_view_hull());
   }

@@ -64,6 +64,7 @@ Observation RandomObservation(Rng& rng) {
   if (UniformInt(rng, 0, 1) == 1) {
     o.pose.covariance << 0.01, 0.002, 0.0, 0.002, 0.02, 1e-4, 0.0, 1e-4, 0.001;
   }
+  if (UniformInt(rng, 0, 1) == 1) o.frame_from_view = RandomTransform(rng, 10.0);
   if (UniformInt(rng, 0, 1) == 1) o.view_hull = RandomPolygon(rng, {0, 0}, 4.0);
   if (UniformInt(rng, 0, 1) == 1) o.free_space = RandomPolygon(rng, {1, 0}, 4.0);
   if (UniformInt(rng, 0, 1) == 1) o.depth = RandomView(rng);
@@ -75,6 +76,7 @@ Observation RandomObservation(Rng& rng) {
 void ExpectEqual(const Observation& a, const Observation& b) {
   EXPECT_EQ(KeyOf(a), KeyOf(b));
   EXPECT_EQ(a.frame_id, b.frame_id);
+  EXPECT_EQ(a.frame_from_view, b.frame_from_view);
   EXPECT_EQ(a.pose.frame_from_camera.matrix(), b.pose.frame_from_camera.matrix());
   EXPECT_EQ(a.pose.covariance, b.pose.covariance);
   EXPECT_EQ(a.view_hull, b.view_hull);
@@ -125,6 +127,7 @@ TEST(ObservationOnTheWire, BadOnesNameTheField) {
   Observation observation = RandomObservation(rng);
   observation.depth = RandomView(rng);
   observation.detections = {RandomDetection(rng), RandomDetection(rng)};
+  observation.frame_from_view.reset();
   EncodeObservation(observation, &good);
   const auto problem = [&](auto change) {
     v1::Observation message = good;
@@ -140,6 +143,21 @@ TEST(ObservationOnTheWire, BadOnesNameTheField) {
               HasSubstr("o.pose.rotation"));
   EXPECT_THAT(problem([](auto& m) { m.clear_pose(); }), HasSubstr("o.pose"));
   EXPECT_THAT(problem([](auto& m) { m.mutable_pose()->add_covariance(1); }), HasSubstr("o.pose"));
+  EXPECT_THAT(problem([](auto& m) { m.mutable_view(); }), HasSubstr("o.view must not be set"));
+  const auto problem_of_view = [&](auto change) {
+    return problem([&](auto& m) {
+      m.mutable_view()->mutable_frame_from_view();
+      *m.mutable_view()->mutable_camera() = m.pose();
+      m.clear_pose();
+      change(*m.mutable_view());
+    });
+  };
+  EXPECT_THAT(problem_of_view([](auto& v) { v.clear_frame_from_view(); }),
+              HasSubstr("o.view.frame_from_view is missing"));
+  EXPECT_THAT(problem_of_view([](auto& v) { v.mutable_frame_from_view()->set_x(std::nan("")); }),
+              HasSubstr("o.view.frame_from_view is not finite"));
+  EXPECT_THAT(problem_of_view([](auto& v) { v.clear_camera(); }),
+              HasSubstr("o.view.camera.rotation"));
   EXPECT_THAT(problem([](auto& m) { m.mutable_depth()->mutable_depth_mm()->push_back('x'); }),
               HasSubstr("o.depth.depth_mm"));
   EXPECT_THAT(problem([](auto& m) { m.mutable_detections(1)->clear_hull(); }),

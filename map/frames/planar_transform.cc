@@ -53,6 +53,13 @@ PlanarTransform PlanarTransform::Inverse() const {
   return PlanarTransform(origin.x, origin.y, -yaw_);
 }
 
+Eigen::Isometry3d PlanarTransform::InSpace() const {
+  Eigen::Isometry3d spatial = Eigen::Isometry3d::Identity();
+  spatial.translate(Eigen::Vector3d(x(), y(), 0.0));
+  spatial.rotate(Eigen::AngleAxisd(yaw_, Eigen::Vector3d::UnitZ()));
+  return spatial;
+}
+
 Point PlanarTransform::ApplyInverse(const Point& p) const {
   const Eigen::Vector2d from_origin(p.x - x(), p.y - y());
   if (yaw_ == 0.0) return {from_origin.x(), from_origin.y()};

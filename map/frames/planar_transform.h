@@ -31,6 +31,8 @@ class PlanarTransform {
   bool IsIdentity() const { return x() == 0.0 && y() == 0.0 && yaw_ == 0.0; }
 
   PlanarTransform Inverse() const;
+  // The motion in space: about the third axis, and along the plane.
+  Eigen::Isometry3d InSpace() const;
 
   // Returns the point that this transform maps to `p`. Rounds less than Inverse() * p far from the
   // origin.

@@ -1,5 +1,6 @@
 #include "map/observations/observation.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/ascii.h"
@@ -8,6 +9,8 @@
 #include "base/status/status_macros.h"
 #include "map/frames/pose_covariance.h"
 #include "map/geometry/coordinates.h"
+#include "map/geometry/polygon.h"
+#include "map/observations/view_frame.h"
 
 namespace hypermap {
 namespace {
@@ -115,6 +118,42 @@ absl::Status ValidatePose(const SensorPose& pose) {
   return absl::OkStatus();
 }
 
+// Tolerance of the camera's place in the frame of its view, metres and radians.
+constexpr double kViewTolerance = 1e-6;
+
+bool CanBeStored(const Polygon& polygon) {
+  if (polygon.empty()) return true;
+  const Box& box = polygon.bounds();
+  return std::max({-box.min.x, -box.min.y, box.max.x, box.max.y}) <= kMaxCoordinate_m &&
+         !RunsBackwards(polygon.rings());
+}
+
+// Of an observation that is relative to its view.
+absl::Status ValidateViewFrame(const Observation& observation) {
+  const PlanarTransform camera = ViewPose(observation.pose.frame_from_camera);
+  if (!(std::max(std::abs(camera.x()), std::abs(camera.y())) <= kViewTolerance &&
+        std::abs(camera.yaw()) <= kViewTolerance)) {
+    return Invalid("view.camera", "is not above the origin of its view, or does not look along x");
+  }
+  HYPERMAP_RETURN_IF_ERROR(CheckTranslation("view.frame_from_view", *observation.frame_from_view));
+  if (!CanBeStored(Placed(observation))) {
+    return Invalid("view.frame_from_view", "is too far away for what was seen");
+  }
+  return absl::OkStatus();
+}
+
+void MoveCoordinates(const PlanarTransform& target_from_source, Observation* observation) {
+  if (target_from_source.IsIdentity()) return;
+  Eigen::Isometry3d& camera = observation->pose.frame_from_camera;
+  camera = target_from_source.InSpace() * camera;
+  observation->view_hull = target_from_source * observation->view_hull;
+  observation->free_space = target_from_source * observation->free_space;
+  for (Detection& detection : observation->detections) {
+    detection.hull = target_from_source * detection.hull;
+    detection.cells.frame_from_cells = target_from_source * detection.cells.frame_from_cells;
+  }
+}
+
 }  // namespace
 
 ObservationKey KeyOf(const Observation& observation) {
@@ -149,7 +188,26 @@ absl::Status Validate(const Observation& observation) {
     HYPERMAP_RETURN_IF_ERROR(
         ValidateDetection(absl::StrCat("detections[", i, "]"), observation.detections[i]));
   }
-  return absl::OkStatus();
+  return observation.frame_from_view ? ValidateViewFrame(observation) : absl::OkStatus();
+}
+
+Observation Placed(const Observation& observation) {
+  Observation placed = observation;
+  if (!observation.frame_from_view) return placed;
+  placed.frame_from_view.reset();
+  MoveCoordinates(*observation.frame_from_view, &placed);
+  return placed;
+}
+
+bool CanBeStored(const Observation& observation) {
+  return observation.pose.frame_from_camera.translation().cwiseAbs().maxCoeff() <=
+             kMaxCoordinate_m &&
+         CanBeStored(observation.view_hull) && CanBeStored(observation.free_space) &&
+         std::all_of(observation.detections.begin(), observation.detections.end(),
+                     [](const Detection& detection) {
+                       return CanBeStored(detection.hull) &&
+                              IsWithinBounds(detection.cells.frame_from_cells);
+                     });
 }
 
 Observation Transformed(const Observation& observation, const PlanarTransform& target_from_source,
@@ -157,22 +215,16 @@ Observation Transformed(const Observation& observation, const PlanarTransform& t
   Observation moved = observation;
   moved.frame_id = target_frame_id;
   if (target_from_source.IsIdentity()) return moved;
-  Eigen::Isometry3d spatial = Eigen::Isometry3d::Identity();
-  spatial.translate(Eigen::Vector3d(target_from_source.x(), target_from_source.y(), 0.0));
-  const Eigen::AngleAxisd turn(target_from_source.yaw(), Eigen::Vector3d::UnitZ());
-  spatial.rotate(turn);
-  moved.pose.frame_from_camera = spatial * observation.pose.frame_from_camera;
   moved.pose.covariance = TransformedCovariance(observation.pose.covariance, target_from_source);
   if (moved.claim) {
     moved.claim->frame_from_view = target_from_source * observation.claim->frame_from_view;
     moved.claim->covariance =
         TransformedCovariance(observation.claim->covariance, target_from_source);
   }
-  moved.view_hull = target_from_source * observation.view_hull;
-  moved.free_space = target_from_source * observation.free_space;
-  for (Detection& detection : moved.detections) {
-    detection.hull = target_from_source * detection.hull;
-    detection.cells.frame_from_cells = target_from_source * detection.cells.frame_from_cells;
+  if (moved.frame_from_view) {
+    moved.frame_from_view = target_from_source * *observation.frame_from_view;
+  } else {
+    MoveCoordinates(target_from_source, &moved);
   }
   return moved;
 }

@@ -88,7 +88,8 @@ struct DepthView {
 // The pose of the camera. The third axis of the frame points up from the plane.
 struct SensorPose {
   Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();  // From the optical frame.
-  // Covariance of (x, y, yaw), in m and rad. Zero: exact.
+  // Covariance of (x, y, yaw), in m and rad. Zero: exact. Of the pose in `frame_id`, also in an
+  // observation that is relative to its view.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
 
@@ -112,6 +113,11 @@ struct Observation {
   absl::Time stamp;
   // The frame of all coordinates; empty: the map's own.
   std::string frame_id;
+  // If set, the observation is relative to its view: `pose`, polygons and the origins of cells are
+  // in the frame of the view (map/observations/view_frame.h), whose pose in `frame_id` this is.
+  // What was seen then does not depend on where the robot took itself to be. Placed() gives the
+  // other form, which fusion takes.
+  std::optional<PlanarTransform> frame_from_view;
   SensorPose pose;
   // The claim from which `pose` was found by matching the frame to a map; nullopt if `pose` is the
   // claim itself.
@@ -140,8 +146,17 @@ ObservationKey KeyOf(const Observation& observation);
 absl::Status ValidateRobotName(absl::string_view robot);
 
 // Returns INVALID_ARGUMENT naming the field that is wrong ("detections[3].weight: ..."). Does not
-// check polygons, which are valid by construction.
+// check polygons, which are valid by construction, but that those of an observation that is
+// relative to its view can be stored where the view is.
 absl::Status Validate(const Observation& observation);
+
+// Returns the observation with all coordinates in `frame_id`: as it is, unless it is relative to
+// its view.
+Observation Placed(const Observation& observation);
+
+// Returns whether nothing of the observation, which must not be relative to its view, is more than
+// kMaxCoordinate_m from the origin along an axis, or so small there that rounding turns it over.
+bool CanBeStored(const Observation& observation);
 
 // Returns the observation in another frame.
 Observation Transformed(const Observation& observation, const PlanarTransform& target_from_source,

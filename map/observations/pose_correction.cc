@@ -6,14 +6,10 @@
 #include "absl/strings/str_cat.h"
 #include "base/status/status_macros.h"
 #include "map/frames/pose_covariance.h"
-#include "map/geometry/coordinates.h"
-#include "map/geometry/polygon.h"
+#include "map/observations/view_frame.h"
 
 namespace hypermap {
 namespace {
-
-// An optical axis is taken for vertical if it is within about 2.6 degrees of that.
-constexpr double kLeastHorizontal = 0.045;
 
 CorrectedPose Between(const CorrectedPose& a, const CorrectedPose& b, absl::Time stamp) {
   const double share = absl::FDivDuration(stamp - a.stamp, b.stamp - a.stamp);
@@ -26,34 +22,7 @@ CorrectedPose Between(const CorrectedPose& a, const CorrectedPose& b, absl::Time
           (1.0 - share) * a.covariance + share * b.covariance};
 }
 
-bool CanBeStored(const Polygon& polygon) {
-  if (polygon.empty()) return true;
-  const Box& box = polygon.bounds();
-  return std::max({-box.min.x, -box.min.y, box.max.x, box.max.y}) <= kMaxCoordinate_m &&
-         !RunsBackwards(polygon.rings());
-}
-
-bool CanBeStored(const Observation& observation) {
-  return observation.pose.frame_from_camera.translation().cwiseAbs().maxCoeff() <=
-             kMaxCoordinate_m &&
-         CanBeStored(observation.view_hull) && CanBeStored(observation.free_space) &&
-         std::all_of(observation.detections.begin(), observation.detections.end(),
-                     [](const Detection& detection) {
-                       return CanBeStored(detection.hull) &&
-                              IsWithinBounds(detection.cells.frame_from_cells);
-                     });
-}
-
 }  // namespace
-
-PlanarTransform ViewPose(const Eigen::Isometry3d& frame_from_camera) {
-  Eigen::Vector3d ahead = frame_from_camera.linear().col(2);
-  if (std::hypot(ahead.x(), ahead.y()) < kLeastHorizontal) {
-    ahead = -frame_from_camera.linear().col(1);
-  }
-  const Eigen::Vector3d& position = frame_from_camera.translation();
-  return {position.x(), position.y(), std::atan2(ahead.y(), ahead.x())};
-}
 
 absl::Status Validate(const PoseCorrection& correction) {
   HYPERMAP_RETURN_IF_ERROR(ValidateRobotName(correction.robot));
@@ -101,9 +70,15 @@ std::optional<CorrectedPose> PoseAt(absl::Span<const CorrectedPose> poses, absl:
 }
 
 std::optional<Observation> WithPose(const Observation& observation, const CorrectedPose& pose) {
-  const PlanarTransform claimed = ViewPose(observation.pose.frame_from_camera);
-  Observation moved =
-      Transformed(observation, pose.frame_from_view * claimed.Inverse(), observation.frame_id);
+  Observation moved = observation;
+  if (moved.frame_from_view) {
+    moved.frame_from_view = pose.frame_from_view;
+    moved = Placed(moved);
+  } else {
+    const PlanarTransform claimed = ViewPose(observation.pose.frame_from_camera);
+    moved =
+        Transformed(observation, pose.frame_from_view * claimed.Inverse(), observation.frame_id);
+  }
   moved.pose.covariance = pose.covariance;
   moved.claim.reset();
   if (!CanBeStored(moved)) return std::nullopt;

@@ -16,14 +16,10 @@
 
 namespace hypermap {
 
-// The pose on the plane of a camera whose pose in space is given: the origin below the camera, the
-// x axis along its optical axis; along the upper edge of its image if it looks straight up or down.
-PlanarTransform ViewPose(const Eigen::Isometry3d& frame_from_camera);
-
 // Where a robot's camera was at a time.
 struct CorrectedPose {
   absl::Time stamp;
-  PlanarTransform frame_from_view;  // As ViewPose.
+  PlanarTransform frame_from_view;  // As ViewPose (view_frame.h).
   // Covariance of (x, y, yaw), in m and rad. Zero: exact.
   Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
 };
@@ -53,9 +49,9 @@ PoseCorrection Transformed(const PoseCorrection& correction,
 // that are at most kMaxPoseGap apart. nullopt before the first, after the last, and in a gap.
 std::optional<CorrectedPose> PoseAt(absl::Span<const CorrectedPose> poses, absl::Time stamp);
 
-// Returns the observation as if the camera had had this pose. nullopt if something of it would then
-// be more than kMaxCoordinate_m from the origin along an axis, or so small there that rounding
-// turns it over: it could not be stored.
+// Returns the observation, with all coordinates in its frame, as if the camera had had this pose.
+// One that is relative to its view is then equal, to the last bit, to Placed() of the one that was
+// sent with this pose. nullopt if it would not be CanBeStored.
 std::optional<Observation> WithPose(const Observation& observation, const CorrectedPose& pose);
 
 }  // namespace hypermap

@@ -5,6 +5,8 @@
 
 #include <cmath>
 
+#include "map/observations/view_frame.h"
+
 namespace hypermap {
 namespace {
 
@@ -26,17 +28,6 @@ Eigen::Isometry3d Camera(double x, double y, double yaw, double pitch) {
                   Eigen::AngleAxisd(pitch, Eigen::Vector3d::UnitY()) * optical;
   pose.translation() = Eigen::Vector3d(x, y, 1.2);
   return pose;
-}
-
-TEST(ViewPoseTest, IsBelowTheCameraAndLooksAlongIt) {
-  for (const double pitch : {-0.3, 0.0, 0.7}) {
-    const PlanarTransform view = ViewPose(Camera(1.0, -2.0, 2.5, pitch));
-    EXPECT_EQ(view.x(), 1.0);
-    EXPECT_EQ(view.y(), -2.0);
-    EXPECT_NEAR(view.yaw(), 2.5, 1e-12);
-  }
-  // The upper edge of the image of a camera that looks down is ahead.
-  EXPECT_NEAR(ViewPose(Camera(0.0, 0.0, 0.4, M_PI / 2)).yaw(), 0.4, 1e-12);
 }
 
 TEST(PoseAtTest, InterpolatesOverShortGapsOnly) {
@@ -77,6 +68,36 @@ TEST(WithPoseTest, MovesEverythingWithTheCamera) {
     EXPECT_NEAR(centre.y, 6.5, 1e-9);
   }
   EXPECT_NEAR(moved.detections[0].cells.frame_from_cells.y(), 6.0, 1e-9);
+}
+
+// The poses' digits are such that every way of computing rounds differently.
+TEST(WithPoseTest, AViewGetsThePoseToTheLastBit) {
+  const auto seen_from = [](const CorrectedPose& pose) {
+    Observation observation;
+    observation.robot = "a";
+    observation.frame_from_view = pose.frame_from_view;
+    observation.pose = {ViewFromCamera(Eigen::Vector3d(0.01, -0.95, -0.3).normalized(), 1.1),
+                        pose.covariance};
+    observation.view_hull = Polygon::FromBox({{0.1, -2.3}, {4.7, 2.9}});
+    observation.free_space = Polygon::FromBox({{0.3, -0.7}, {1.7, 0.9}});
+    Detection detection;
+    detection.scores = {{"cup", 0.9}};
+    detection.hull = Polygon::FromBox({{2.3, -0.1}, {2.7, 0.1}});
+    observation.detections = {detection};
+    return observation;
+  };
+  for (int i = 1; i < 50; ++i) {
+    const CorrectedPose claimed = At(0.0, i / 3.0, i / 7.0, 0.1 / i);
+    const CorrectedPose corrected = At(0.0, i / 11.0, -i / 13.0, 0.01 / i);
+    const Observation moved = *WithPose(seen_from(claimed), corrected);
+    const Observation sent = Placed(seen_from(corrected));
+    EXPECT_FALSE(moved.frame_from_view);
+    EXPECT_EQ(moved.pose.frame_from_camera.matrix(), sent.pose.frame_from_camera.matrix());
+    EXPECT_EQ(moved.pose.covariance, sent.pose.covariance);
+    EXPECT_EQ(moved.view_hull, sent.view_hull);
+    EXPECT_EQ(moved.free_space, sent.free_space);
+    EXPECT_EQ(moved.detections, sent.detections);
+  }
 }
 
 TEST(WithPoseTest, RefusesPlacesThatCanNotBeStored) {

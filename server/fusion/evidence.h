@@ -14,7 +14,8 @@ namespace hypermap::server {
 // An entry of the log: one of the three is set, the others are null.
 struct Evidence {
   storage::LogKey key;
-  std::shared_ptr<const Observation> observation;  // in the layer's frame
+  // In the layer's frame. A stored one may be relative to its view; Fold takes placed ones.
+  std::shared_ptr<const Observation> observation;
   std::shared_ptr<const fusion::OperatorFact> fact;
   // Changes observations that precede it in the log, which EvidenceLog has done; no state.
   std::shared_ptr<const PoseCorrection> correction;  // in the layer's frame

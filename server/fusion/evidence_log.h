@@ -64,13 +64,13 @@ class EvidenceLog {
   // them.
   const PoseCorrections& corrections() const { return corrections_; }
 
-  // The observation with this key. It may have been retracted since the last Written. DATA_LOSS if
-  // it is not in the log.
+  // The observation with this key, as the corrections leave it. It may have been retracted since the last Written.
+  // DATA_LOSS if it is not in the log.
   absl::StatusOr<std::shared_ptr<const Observation>> Get(const ObservationKey& key) const;
 
-  // Calls `visit` with the entries after `after`, in order, until it returns false. REQUIRES:
-  // `after` is not before begin(). DATA_LOSS for a damaged entry; errors of CheckCancelled, also if
-  // only the last visit was given up.
+  // Calls `visit` with the entries after `after`, in order, until it returns false; observations
+  // are as the corrections leave them. REQUIRES: `after` is not before begin(). DATA_LOSS for a damaged entry; errors
+  // of CheckCancelled, also if only the last visit was given up.
   absl::Status Visit(const storage::LogKey& after,
                      absl::FunctionRef<bool(const Evidence&)> visit) const;
 
@@ -113,7 +113,7 @@ class EvidenceLog {
   int64_t num_facts_ = 0;  // number of the newest fact
   PoseCorrections corrections_;
   // A cache: all entries after complete_after_, and all that are not stored yet. Observations are
-  // without corrections.
+  // as stored, without corrections.
   std::map<storage::LogKey, Evidence> recent_;
   storage::LogKey complete_after_ = storage::BeforeAll();
 

@@ -131,9 +131,14 @@ absl::StatusOr<Observation> FusedLayer::AsKept(const Observation& observation,
                             snapshot.frames.Lookup(layer_frame, frame));
   // Then Transformed would return the observation as it is, to the last bit.
   const bool is_in_place = layer_from_frame.IsIdentity() && observation.frame_id == layer_frame;
-  *body = is_in_place ? std::move(sent)
-                      : options_->codec.encode_observation(
-                            Transformed(observation, layer_from_frame, layer_frame));
+  if (is_in_place) {
+    *body = std::move(sent);
+  } else {
+    const Observation moved = Transformed(observation, layer_from_frame, layer_frame);
+    // Where the view is now, what was seen may be too far away.
+    if (moved.frame_from_view) HYPERMAP_RETURN_IF_ERROR(Validate(moved));
+    *body = options_->codec.encode_observation(moved);
+  }
   // Folds the decoded bytes and not the message, because a restart or a rebuild folds these: both
   // must give the same state to the last bit.
   return options_->codec.decode_observation(*body);

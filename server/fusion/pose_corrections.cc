@@ -21,8 +21,12 @@ void PoseCorrections::RemoveUpTo(const storage::LogKey& key) {
 
 std::shared_ptr<const Observation> PoseCorrections::Apply(
     std::shared_ptr<const Observation> observation) const {
+  const auto placed = [&] {
+    if (!observation->frame_from_view) return observation;
+    return std::make_shared<const Observation>(Placed(*observation));
+  };
   const auto found = of_robot_.find(observation->robot);
-  if (found == of_robot_.end()) return observation;
+  if (found == of_robot_.end()) return placed();
   const storage::LogKey key{KeyOf(*observation), 0};
   for (auto it = found->second.rbegin(); it != found->second.rend() && key < it->first; ++it) {
     const std::optional<CorrectedPose> pose = PoseAt(it->second->poses, observation->stamp);
@@ -30,7 +34,7 @@ std::shared_ptr<const Observation> PoseCorrections::Apply(
     std::optional<Observation> corrected = WithPose(*observation, *pose);
     if (corrected) return std::make_shared<const Observation>(*std::move(corrected));
   }
-  return observation;
+  return placed();
 }
 
 std::optional<CorrectedPose> PoseCorrections::ToldPose(const Observation& observation) const {

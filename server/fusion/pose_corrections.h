@@ -24,7 +24,7 @@ class PoseCorrections {
   // Removes those up to a key, because the log has forgotten what they correct.
   void RemoveUpTo(const storage::LogKey& key);
 
-  // A stored observation, as the corrections leave it.
+  // A stored observation, as the corrections leave it, with all coordinates in the layer's frame.
   std::shared_ptr<const Observation> Apply(std::shared_ptr<const Observation> observation) const;
   // The pose that the robot last told for a stored observation; nullopt if that is the one with
   // which it was sent.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <future>
 #include <memory>
 #include <random>
@@ -12,8 +13,10 @@
 #include "absl/time/clock.h"
 #include "base/cancellation/cancellation.h"
 #include "base/cancellation/testing/cancelled_after.h"
+#include "map/geometry/predicates.h"
 #include "map/layers/grid_layer.h"
 #include "map/layers/semantic_layer.h"
+#include "map/observations/view_frame.h"
 #include "server/fusion/map_fusion.h"
 #include "server/fusion/testing/tally_strategy.h"
 #include "server/session/map_session.h"
@@ -495,6 +498,41 @@ TEST(MapFusionTest, CorrectedObservationsAreAsIfTheirPosesHadBeenClaimed) {
   ExpectShowsTheSame(site, claimed);
   ASSERT_TRUE(site.Run(RebuildFusion{"things", "", ""}).ok());
   ExpectShowsTheSame(site, claimed);
+}
+
+TEST(MapFusionTest, CorrectedViewsAreThoseThatClaimedThePoses) {
+  FusedSite site;
+  FusedSite claimed;
+  for (FusedSite* s : {&site, &claimed}) s->Start();
+  PoseCorrection good{"b", {}};
+  // Two robots that stand elsewhere from frame to frame than they say, and see the same things.
+  const auto send = [&](Observation view) {
+    const double t = absl::ToDoubleSeconds(view.stamp - kBegin);
+    const CorrectedPose truth{view.stamp, PlanarTransform(t / 7.0, -1.0 / 3.0, t / 90.0),
+                              1e-4 * Eigen::Matrix3d::Identity()};
+    view.pose = {ViewFromCamera(-Eigen::Vector3d::UnitY(), 1.0),
+                 1e-2 * Eigen::Matrix3d::Identity()};
+    view.frame_from_view = PlanarTransform(t / 7.0 + 0.1 * std::sin(t), -0.3, t / 90.0 + 0.01);
+    site.Observe(view);
+    if (view.robot == "b") {
+      good.poses.push_back(truth);
+      view.frame_from_view = truth.frame_from_view;
+      view.pose.covariance = truth.covariance;
+    }
+    return claimed.Observe(view).outcome;
+  };
+  for (const Observation& observation : TwoRobots(60)) {
+    ASSERT_EQ(send(observation), ObservationOutcome::kAccepted);
+  }
+  EXPECT_NE(ObjectsOf(*site.snapshot()), ObjectsOf(*claimed.snapshot()));
+  ASSERT_TRUE(site.Run(CorrectPoses{"things", "", good}).ok());
+  ExpectShowsTheSame(site, claimed);
+  site.Restart();
+  ASSERT_TRUE(site.Run(RebuildFusion{"things", "", ""}).ok());
+  ExpectShowsTheSame(site, claimed);
+  // Where the things were seen.
+  ASSERT_NE(site.Find("cup"), nullptr);
+  EXPECT_GT(Centroid(site.Find("cup")->shape.polygon()).x, 6.0);
 }
 
 TEST(MapFusionTest, PosesThatCorrectNothingAreRefused) {

@@ -96,6 +96,18 @@ def test_repeated_observations_make_an_object(client: Client, fused: str) -> Non
     assert len(history.events) == 40 and history.events[-1].existence > 0.5
 
 
+def test_what_was_seen_relative_to_the_view_lies_where_the_view_is(
+    client: Client, fused: str
+) -> None:
+    view = Pose(10.0, 5.0, np.pi / 2)
+    with client.observe(fused, "found") as stream:
+        stream.submit(
+            dataclasses.replace(observation(i), frame_from_view=view) for i in range(40)
+        )
+    (chair,) = client.query_value(fused, "chair", layers="found").objects
+    assert chair.polygon.centroid.distance(shapely.Point(10.0, 7.0)) < 0.05
+
+
 def test_c2_the_skew_of_a_robots_clock_is_told(client: Client, fused: str) -> None:
     ahead = datetime.now(timezone.utc) + timedelta(minutes=9, seconds=58)
     with client.observe(fused, "found") as stream:

@@ -149,6 +149,10 @@ class Observation:
     view_hull: convex hull of the visible area on the plane; None for an empty area.
     free_space: area of the plane that was seen to be free of obstacles; None for an empty area.
     depth: None if depth is not sent.
+    frame_from_view: None if all coordinates are in frame_id. Otherwise pose, view_hull, free_space,
+        and hulls and origins of cells in detections are in the frame of the view, and this is its
+        pose in frame_id. Its origin is on the plane below the camera, its x axis the horizontal
+        part of the optical axis. Such observations are corrected exactly (Client.correct_poses).
     """
 
     robot: str
@@ -160,6 +164,7 @@ class Observation:
     view_hull: shapely.Polygon | None = None
     free_space: shapely.Polygon | None = None
     depth: DepthView | None = None
+    frame_from_view: Pose | None = None
 
 
 @dataclass(frozen=True, slots=True)

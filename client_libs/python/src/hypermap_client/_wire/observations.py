@@ -104,9 +104,14 @@ def encode_observation(observation: Observation) -> pb.Observation:
         robot=observation.robot,
         sequence=observation.sequence,
         frame_id=observation.frame_id,
-        pose=encode_sensor_pose(observation.pose),
         detections=map(encode_detection, observation.detections),
     )
+    camera = encode_sensor_pose(observation.pose)
+    if observation.frame_from_view is None:
+        message.pose.CopyFrom(camera)
+    else:
+        message.view.camera.CopyFrom(camera)
+        message.view.frame_from_view.CopyFrom(encode_pose(observation.frame_from_view))
     encode_time(observation.stamp, message.stamp)
     if observation.view_hull is not None:
         message.view_hull.CopyFrom(encode_polygon(observation.view_hull))
