@@ -82,6 +82,9 @@ absl::Status Validate(const Frame& frame) {
   if (!(r * r.transpose()).isApprox(Eigen::Matrix3d::Identity(), 1e-6) || r.determinant() < 0.0) {
     return absl::InvalidArgumentError("pose: not a rotation");
   }
+  if (frame.frame_from_view) {
+    HYPERMAP_RETURN_IF_ERROR(CheckTranslation("pose", *frame.frame_from_view));
+  }
   if (!frame.pose_covariance.allFinite() || (frame.pose_covariance.diagonal().array() < 0).any()) {
     return absl::InvalidArgumentError("pose_covariance: not finite or negative");
   }

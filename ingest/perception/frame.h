@@ -6,11 +6,13 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/time/time.h"
+#include "map/frames/planar_transform.h"
 
 namespace hypermap::ingest {
 
@@ -52,6 +54,8 @@ struct Instance {
 
 // `frame_id` names the frame in which the pose is given. `frame_from_camera` transforms from the
 // optical frame (x right, y down, z forward). `pose_covariance` is of x, y (m) and yaw (rad).
+// `frame_from_view` is the pose on the plane (map/observations/view_frame.h) if that is known to
+// more digits than `frame_from_camera` has it; by default ViewPose(frame_from_camera).
 struct Frame {
   std::string robot;
   int64_t sequence = 0;
@@ -60,6 +64,7 @@ struct Frame {
   CameraModel camera;
   DepthImage depth;
   Eigen::Isometry3d frame_from_camera = Eigen::Isometry3d::Identity();
+  std::optional<PlanarTransform> frame_from_view;
   Eigen::Matrix3d pose_covariance = Eigen::Matrix3d::Zero();
   std::vector<Instance> instances;
 };

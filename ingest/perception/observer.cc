@@ -9,11 +9,12 @@
 #include "base/status/status_macros.h"
 #include "base/sync/mutex.h"
 #include "ingest/perception/footprint.h"
+#include "ingest/perception/ground_plane.h"
 #include "ingest/perception/suppression.h"
 #include "ingest/perception/visibility.h"
 #include "ingest/perception/wall_matcher.h"
 #include "ingest/perception/weight.h"
-#include "map/observations/pose_correction.h"
+#include "map/observations/view_frame.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -43,14 +44,10 @@ Suppressed Chosen(const Frame& frame, int limit) {
   return some;
 }
 
-// Returns the pose turned by motion.z() about the point below the camera, and then moved by
-// (motion.x(), motion.y()).
-Eigen::Isometry3d Moved(const Eigen::Isometry3d& frame_from_camera, const Eigen::Vector3d& motion) {
-  const Eigen::AngleAxisd turn(motion.z(), Eigen::Vector3d::UnitZ());
-  Eigen::Isometry3d moved = frame_from_camera;
-  moved.linear() = turn * frame_from_camera.linear();
-  moved.translation() += Eigen::Vector3d(motion.x(), motion.y(), 0.0);
-  return moved;
+// Returns the pose turned by motion.z() about its origin, and then moved by (motion.x(),
+// motion.y()).
+PlanarTransform Moved(const PlanarTransform& pose, const Eigen::Vector3d& motion) {
+  return {pose.x() + motion.x(), pose.y() + motion.y(), pose.yaw() + motion.z()};
 }
 
 }  // namespace
@@ -109,14 +106,21 @@ absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* r
   observation.sequence = frame.sequence;
   observation.stamp = frame.stamp;
   observation.frame_id = frame.frame_id;
-  observation.pose = {frame.frame_from_camera, frame.pose_covariance};
   HYPERMAP_ASSIGN_OR_RETURN(const auto rays, impl_->Rays(frame.camera));
-  OrganisedCloud cloud = MakeCloud(frame.depth, frame.frame_from_camera, *rays);
+  const GroundPlane ground = GroundOf(frame.depth, *rays, ClaimedGround(frame.frame_from_camera));
+  const Eigen::Isometry3d view_from_camera = ViewFromCamera(ground.up, ground.height_m);
+  observation.frame_from_view = frame.frame_from_view.value_or(ViewPose(frame.frame_from_camera));
+  observation.pose = {view_from_camera, frame.pose_covariance};
+  OrganisedCloud cloud = MakeCloud(frame.depth, view_from_camera, *rays);
   if (impl_->walls) {
+    MoveCloud(observation.frame_from_view->InSpace() * view_from_camera, &cloud);
     const PoseCorrection correction = impl_->walls->Match(cloud, frame.pose_covariance);
-    observation.claim = {ViewPose(frame.frame_from_camera), frame.pose_covariance};
-    observation.pose = {Moved(frame.frame_from_camera, correction.motion), correction.covariance};
-    MoveCloud(observation.pose.frame_from_camera, &cloud);
+    if (!correction.motion.isZero(0.0)) {
+      observation.claim = PoseClaim{*observation.frame_from_view, frame.pose_covariance};
+    }
+    observation.frame_from_view = Moved(*observation.frame_from_view, correction.motion);
+    observation.pose.covariance = correction.covariance;
+    MoveCloud(view_from_camera, &cloud);
   }
 
   const Suppressed chosen = Chosen(frame, impl_->options.max_instances);

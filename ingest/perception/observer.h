@@ -37,9 +37,11 @@ class Observer {
            const ObserverOptions& options);
   ~Observer();
 
-  // Returns the observation of `frame`. Returns INVALID_ARGUMENT from Validate(frame) if the frame
-  // is invalid, or from Validate(observation) if the server would refuse the observation. `report`
-  // may be null. CANCELLED if the work of this thread is cancelled.
+  // Returns the observation of `frame`, relative to its view. What it says of the view depends on
+  // the frame's pose by the floor alone, if that is not seen in the image (ground_plane.h). Returns
+  // INVALID_ARGUMENT from Validate(frame) if the frame is invalid, or from Validate(observation) if
+  // the server would refuse the observation. `report` may be null. CANCELLED if the work of this
+  // thread is cancelled.
   absl::StatusOr<Observation> Observe(const Frame& frame, FrameReport* report) const;
 
   // Estimates the most memory that Observe takes for each pixel of the image, besides the frame.

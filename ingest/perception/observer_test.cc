@@ -12,6 +12,7 @@
 #include "ingest/perception/testing/walled_room.h"
 #include "map/geometry/overlap.h"
 #include "map/observations/range_weight.h"
+#include "map/observations/view_frame.h"
 #include "tests/support/random_map.h"
 
 namespace hypermap::ingest {
@@ -63,7 +64,7 @@ TEST(ObserverTest, ThingsSeenBecomeDetectionsWhereTheyStand) {
   EXPECT_EQ(observation->sequence, 7);
   EXPECT_EQ(observation->stamp, frame.stamp);
   EXPECT_EQ(observation->frame_id, "map");
-  EXPECT_TRUE(observation->pose.frame_from_camera.isApprox(frame.frame_from_camera));
+  EXPECT_TRUE(Placed(*observation).pose.frame_from_camera.isApprox(frame.frame_from_camera, 2e-3));
   EXPECT_EQ(report.instances, 3);
   EXPECT_EQ(report.detections, 3);
   EXPECT_EQ(report.without_points, 0);
@@ -274,10 +275,31 @@ TEST(ObserverTest, OccupancyCorrectsThePose) {
   ASSERT_TRUE(with.ok());
   ASSERT_TRUE(without.ok());
   EXPECT_TRUE(Validate(*with).ok()) << Validate(*with);
-  EXPECT_LT((with->pose.frame_from_camera.translation() - truth.translation()).norm(), 0.03);
+  EXPECT_LT((Placed(*with).pose.frame_from_camera.translation() - truth.translation()).norm(),
+            0.03);
   EXPECT_LT(with->pose.covariance.trace(), frame.pose_covariance.trace());
-  EXPECT_EQ(without->pose.frame_from_camera.matrix(), frame.frame_from_camera.matrix());
+  EXPECT_EQ(without->frame_from_view, ViewPose(frame.frame_from_camera));
   EXPECT_EQ(without->pose.covariance, frame.pose_covariance);
+}
+
+// Two robots see the same, and take themselves to be elsewhere, and otherwise tilted.
+TEST(ObserverTest, WhatIsSeenDoesNotDependOnThePose) {
+  Frame frame = FrameOfCrates({{{"crate", 0.9}}, {{"chest", 0.6}}, {{"box", 0.7}}});
+  const absl::StatusOr<Observation> a = MakeObserver().Observe(frame, nullptr);
+  frame.frame_from_camera = LookFrom({12.3, -4.56, 1.207}, 2.1, 0.508);
+  frame.pose_covariance = Eigen::Vector3d(0.04, 0.04, 0.01).asDiagonal();
+  const absl::StatusOr<Observation> b =
+      MakeObserver({}, testing::WalledRoomGrid()).Observe(frame, nullptr);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_NE(a->frame_from_view, b->frame_from_view);
+  EXPECT_EQ(a->pose.frame_from_camera.matrix(), b->pose.frame_from_camera.matrix());
+  EXPECT_EQ(a->view_hull, b->view_hull);
+  EXPECT_EQ(a->free_space, b->free_space);
+  EXPECT_EQ(a->depth, b->depth);
+  EXPECT_EQ(a->detections, b->detections);
+  // A pose that is known to more digits is taken as it is.
+  frame.frame_from_view = PlanarTransform(12.3 + 1e-14, -4.56, 2.1);
+  EXPECT_EQ(MakeObserver().Observe(frame, nullptr)->frame_from_view, frame.frame_from_view);
 }
 
 TEST(ObserverTest, CameraMayChangeBetweenFrames) {

@@ -29,6 +29,11 @@ constexpr int kRounds = 12;
 // With fewer bins of walls a frame is not matched.
 constexpr int kMinBins = 8;
 
+// Standard deviations of a pose that the grid can't improve: its walls lie on one side or the other
+// of a cell.
+constexpr double kKnownCells = 0.2;
+constexpr double kKnownYaw_rad = 0.005;
+
 // Number of bins on each side of the foot: 8 m.
 constexpr int kBinsAside = 160;
 constexpr float kNearest_m = 0.3f;
@@ -78,7 +83,8 @@ std::vector<Eigen::Vector2d> Walls(const OrganisedCloud& cloud) {
 }  // namespace
 
 WallMatcher::WallMatcher(const GridLayer& occupancy)
-    : distance_(
+    : resolution_m_(occupancy.geometry().resolution_m),
+      distance_(
           occupancy.geometry(), occupancy.extent(),
           [&](const CellIndex& cell) {
             const auto value = occupancy.ValueAt(cell);
@@ -90,6 +96,11 @@ PoseCorrection WallMatcher::Match(const OrganisedCloud& cloud, const Eigen::Matr
   PoseCorrection correction;
   correction.covariance = prior;
   if (distance_.empty() || prior.llt().info() != Eigen::Success) return correction;
+  const double known_m = kKnownCells * resolution_m_;
+  if (prior(0, 0) <= known_m * known_m && prior(1, 1) <= known_m * known_m &&
+      prior(2, 2) <= kKnownYaw_rad * kKnownYaw_rad) {
+    return correction;
+  }
   const std::vector<Eigen::Vector2d> walls = Walls(cloud);
   if (static_cast<int>(walls.size()) < kMinBins) return correction;
   // The prior damps the steps: where no wall tells the pose, such as along a corridor, the motion

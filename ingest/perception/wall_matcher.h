@@ -28,10 +28,12 @@ class WallMatcher {
   // Returns the most likely motion, given the walls in `cloud` and a prior of mean 0 and covariance
   // `prior`: damped Gauss-Newton on the distances to the nearest occupied cell, with Geman-McClure
   // weights, so that furniture that is not in the grid counts little. Returns no motion and `prior`
-  // itself if too few walls are seen or `prior` is not positive definite.
+  // itself if too few walls are seen, `prior` is not positive definite, or the pose is known better
+  // than the grid can tell it: standard deviations of at most a fifth of a cell and 5 mrad.
   PoseCorrection Match(const OrganisedCloud& cloud, const Eigen::Matrix3d& prior) const;
 
  private:
+  double resolution_m_;
   DistanceField distance_;  // To the occupied cells of the grid, in the layer's frame.
 };
 

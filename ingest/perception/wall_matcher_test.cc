@@ -54,6 +54,17 @@ TEST(WallMatcherTest, PoseErrorIsCorrected) {
   }
 }
 
+TEST(WallMatcherTest, APoseThatIsKnownBetterThanTheGridStays) {
+  const WallMatcher matcher(*WalledRoomGrid());
+  const OrganisedCloud cloud = Claimed(kBeforeACorner, {0.03, 0.0, 0.0});
+  const PoseCorrection known = matcher.Match(cloud, Prior(0.01, 0.005));
+  EXPECT_EQ(known.motion, Eigen::Vector3d::Zero().eval());
+  EXPECT_EQ(known.covariance, Prior(0.01, 0.005));
+  for (const Eigen::Matrix3d& prior : {Prior(0.011, 0.005), Prior(0.01, 0.006)}) {
+    EXPECT_NE(matcher.Match(cloud, prior).motion, Eigen::Vector3d::Zero().eval());
+  }
+}
+
 TEST(WallMatcherTest, RightPoseStaysWhereItIs) {
   const PoseCorrection correction =
       WallMatcher(*WalledRoomGrid())

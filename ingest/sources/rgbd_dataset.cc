@@ -42,13 +42,6 @@ absl::StatusOr<CocoDetections> ReadDetections(const std::string& folder,
   return parsed;
 }
 
-PoseSigma SigmaOf(const Trajectory& trajectory, const RgbdOptions& options) {
-  if (options.pose_sigma) return *options.pose_sigma;
-  if (trajectory.pose_sigma()) return *trajectory.pose_sigma();
-  return fs::path(options.poses).filename() == "groundtruth.txt" ? kMotionCaptureSigma
-                                                                 : kLocalisationSigma;
-}
-
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<RgbdDataset>> RgbdDataset::Open(const std::string& folder,
@@ -79,7 +72,9 @@ RgbdDataset::RgbdDataset(std::string folder, const RgbdOptions& options, Traject
       trajectory_(std::move(trajectory)),
       detections_(std::move(detections)),
       camera_(camera),
-      pose_covariance_(SigmaOf(trajectory_, options_).Covariance()),
+      pose_covariance_(
+          options_.pose_sigma.value_or(SigmaOf(trajectory_, options_.poses)).Covariance()),
+      views_(trajectory_.ViewPoses(pose_covariance_)),
       skipped_(detections_.skipped()) {
   if (trajectory_.bad_lines() > 0)
     skipped_["bad line of the trajectory"] += trajectory_.bad_lines();
@@ -175,6 +170,11 @@ absl::StatusOr<Frame> RgbdDataset::Load(size_t i, SkipCounts& skipped) const {
   frame.camera = camera_;
   frame.frame_from_camera = pose;
   frame.pose_covariance = pose_covariance_;
+  // As CorrectPoses has it, to the last bit, if it is given the same trajectory.
+  if (const std::optional<CorrectedPose> view = PoseAt(views_, entry.stamp)) {
+    frame.frame_from_view = view->frame_from_view;
+    frame.pose_covariance = view->covariance;
+  }
   absl::StatusOr<DepthImage> depth =
       DecodeDepthPng(*png, camera_.width, camera_.height, options_.depth_units_per_metre);
   if (!depth.ok()) {

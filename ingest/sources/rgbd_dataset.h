@@ -27,6 +27,7 @@
 #include "ingest/sources/coco.h"
 #include "ingest/sources/skip_counts.h"
 #include "ingest/sources/trajectory.h"
+#include "map/observations/pose_correction.h"
 
 namespace hypermap::ingest {
 
@@ -39,9 +40,7 @@ struct RgbdOptions {
   // The robot and the frame of all frames.
   std::string robot = "robot";
   std::string frame_id;
-  // Standard deviations of all poses. By default those that the file of the poses states. TUM's
-  // files state none, and then the file's name decides: kMotionCaptureSigma for groundtruth.txt,
-  // otherwise kLocalisationSigma.
+  // Standard deviations of all poses. By default SigmaOf the trajectory.
   std::optional<PoseSigma> pose_sigma;
   // Largest difference in time between a depth image and its image of the detections, and between a
   // depth image and the end of the trajectory.
@@ -98,6 +97,7 @@ class RgbdDataset {
   CocoDetections detections_;
   CameraModel camera_;
   Eigen::Matrix3d pose_covariance_;
+  std::vector<CorrectedPose> views_;  // of trajectory_
   std::vector<Entry> entries_;
   SkipCounts skipped_;
 };

@@ -8,7 +8,9 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
+#include "ingest/sources/input_file.h"
 #include "ingest/sources/testing/recording.h"
+#include "map/observations/view_frame.h"
 #include "tests/support/temporary_folder.h"
 
 namespace hypermap::ingest {
@@ -106,6 +108,28 @@ TEST_F(RgbdDatasetTest, PosesAreInterpolated) {
   ASSERT_TRUE(frame.ok()) << frame.status();
   EXPECT_TRUE(frame->frame_from_camera.translation().isApprox(Eigen::Vector3d(0.5, 0, 1)));
   EXPECT_THAT(frame->instances, IsEmpty()) << "nothing found is a frame all the same";
+}
+
+// A correction of the frames' poses by the same trajectory must not change a bit.
+TEST_F(RgbdDatasetTest, PosesOnThePlaneAreThoseOfACorrection) {
+  folder_.Write("groundtruth.txt",
+                "9.93 0.1 0.2 1 -0.570471 0.572206 -0.415987 0.417251\n"
+                "10.13 0.37 0.51 1 -0.506476 0.629898 -0.458836 0.369025\n"
+                "10.19 0.73 0.11 1 -0.552253 0.588514 -0.430163 0.404510\n");
+  const auto trajectory = Trajectory::Parse(*ReadFile(folder_.path() + "/groundtruth.txt"));
+  const auto poses = trajectory->ViewPoses(kMotionCaptureSigma.Covariance());
+  const auto dataset = Open();
+  for (size_t i = 0; i < 3; ++i) {
+    const auto frame = dataset->Load(i, skipped_);
+    ASSERT_TRUE(frame.ok()) << frame.status();
+    const auto corrected = PoseAt(poses, frame->stamp);
+    ASSERT_TRUE(corrected) << i;
+    EXPECT_EQ(frame->frame_from_view, corrected->frame_from_view);
+    EXPECT_EQ(frame->pose_covariance, corrected->covariance);
+    const PlanarTransform in_space = ViewPose(frame->frame_from_camera);
+    EXPECT_NEAR(corrected->frame_from_view.x(), in_space.x(), 1e-12);
+    EXPECT_NEAR(corrected->frame_from_view.yaw(), in_space.yaw(), 1e-3);
+  }
 }
 
 TEST_F(RgbdDatasetTest, SequencesFollowTheStampsWhateverTheOrderOfLines) {

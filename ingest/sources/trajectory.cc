@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <filesystem>
 
 #include "absl/status/status.h"
 #include "absl/strings/ascii.h"
@@ -12,6 +13,7 @@
 #include "absl/strings/strip.h"
 #include "base/status/status_macros.h"
 #include "ingest/sources/input_file.h"
+#include "map/observations/view_frame.h"
 
 namespace hypermap::ingest {
 namespace {
@@ -108,6 +110,25 @@ std::vector<Trajectory::Pose> Trajectory::Poses() const {
     if (sample.valid) poses.push_back({sample.stamp, ToIsometry(sample.position, sample.rotation)});
   }
   return poses;
+}
+
+std::vector<CorrectedPose> Trajectory::ViewPoses(const Eigen::Matrix3d& covariance) const {
+  std::vector<CorrectedPose> views;
+  for (const Pose& pose : Poses()) views.push_back({pose.stamp, ViewPose(pose.pose), covariance});
+  if (views.empty()) return views;
+  CorrectedPose before = views.front();
+  CorrectedPose after = views.back();
+  before.stamp -= TrajectoryLimits().max_beyond;
+  after.stamp += TrajectoryLimits().max_beyond;
+  views.insert(views.begin(), before);
+  views.push_back(after);
+  return views;
+}
+
+PoseSigma SigmaOf(const Trajectory& trajectory, const std::string& file) {
+  if (trajectory.pose_sigma()) return *trajectory.pose_sigma();
+  return std::filesystem::path(file).filename() == "groundtruth.txt" ? kMotionCaptureSigma
+                                                                     : kLocalisationSigma;
 }
 
 }  // namespace hypermap::ingest

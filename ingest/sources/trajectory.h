@@ -4,12 +4,14 @@
 
 #include <Eigen/Geometry>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 #include "ingest/perception/pose_sigma.h"
+#include "map/observations/pose_correction.h"
 
 namespace hypermap::ingest {
 
@@ -42,6 +44,9 @@ class Trajectory {
   };
   // The poses of all good lines, ascending by stamp.
   std::vector<Pose> Poses() const;
+  // The poses of the views (map/observations/view_frame.h) at these stamps and, as At has it with
+  // default limits, at max_beyond before the first and after the last. PoseAt() interpolates them.
+  std::vector<CorrectedPose> ViewPoses(const Eigen::Matrix3d& covariance) const;
 
   int bad_lines() const { return bad_lines_; }
   // Nullopt if the file does not state it.
@@ -61,6 +66,11 @@ class Trajectory {
   int bad_lines_ = 0;
   std::optional<PoseSigma> pose_sigma_;
 };
+
+// Returns the standard deviations of a trajectory's poses: those that the file states. TUM's files
+// state none, and then the file's name decides: kMotionCaptureSigma for groundtruth.txt, otherwise
+// kLocalisationSigma.
+PoseSigma SigmaOf(const Trajectory& trajectory, const std::string& file);
 
 }  // namespace hypermap::ingest
 

@@ -46,14 +46,10 @@ absl::StatusOr<PoseCorrection> ReadCorrection(const CorrectArguments& arguments)
   PoseSigma sigma;
   if (!arguments.pose_sigma.empty()) {
     HYPERMAP_ASSIGN_OR_RETURN(sigma, ParsePoseSigma(arguments.pose_sigma));
-  } else if (trajectory.pose_sigma()) {
-    sigma = *trajectory.pose_sigma();
+  } else {
+    sigma = SigmaOf(trajectory, arguments.trajectory);
   }
-  PoseCorrection correction{arguments.robot, {}};
-  for (const Trajectory::Pose& pose : trajectory.Poses()) {
-    correction.poses.push_back({pose.stamp, ViewPose(pose.pose), sigma.Covariance()});
-  }
-  return correction;
+  return PoseCorrection{arguments.robot, trajectory.ViewPoses(sigma.Covariance())};
 }
 
 absl::Status Run(const CorrectArguments& arguments, const Interruption& interruption) {
@@ -99,7 +95,9 @@ void AddCorrectCommand(CLI::App& app, Command& selected) {
   command
       ->add_option("--pose_sigma", a.pose_sigma,
                    "Standard deviations of the poses in m and rad (default: those in a comment "
-                   "`# pose_sigma: X,Y,YAW` of the trajectory, else 0,0,0)")
+                   "`# pose_sigma: X,Y,YAW` of the trajectory, else " +
+                       FormatPoseSigma(kMotionCaptureSigma) + " for groundtruth.txt and " +
+                       FormatPoseSigma(kLocalisationSigma) + " for other files)")
       ->check(IsPoseSigma());
   command->callback([arguments, &selected] {
     selected = [arguments](const Interruption& interruption) {

@@ -16,14 +16,6 @@ using ingest::Frame;
 using simulation::SimulatedDetection;
 using simulation::View;
 
-// Returns the robot's pose on the plane. Its camera looks straight ahead, along the third axis of
-// the optical frame.
-PlanarTransform RobotPose(const Eigen::Isometry3d& frame_from_camera) {
-  const Eigen::Vector3d ahead = frame_from_camera.linear().col(2);
-  return {frame_from_camera.translation().x(), frame_from_camera.translation().y(),
-          std::atan2(ahead.y(), ahead.x())};
-}
-
 simulation::LaserFan FanOf(const ingest::CameraModel& camera, double range_m) {
   return {std::atan(0.5 * camera.width / camera.fx), range_m};
 }
@@ -71,9 +63,8 @@ absl::StatusOr<Observation> Senses::Observe(const PlanarTransform& pose,
   HYPERMAP_ASSIGN_OR_RETURN(Observation observation, observer_.Observe(frame, nullptr));
   const Polygon free =
       simulation::FreeBefore(world_.laser_plane, pose, FanOf(camera_, options_.range_m));
-  observation.free_space =
-      options_.pose_error ? RobotPose(observation.pose.frame_from_camera) * (pose.Inverse() * free)
-                          : free;
+  // The robot's camera looks straight ahead, so that its view is where the robot is.
+  observation.free_space = pose.Inverse() * free;
   return observation;
 }
 

@@ -267,7 +267,7 @@ ROOMS = {
     ),
 
     "ingest/perception": Room(
-        ["base/cancellation", "base/status", "base/sync", "map/geometry", "map/grid",
+        ["base/cancellation", "base/status", "base/sync", "map/frames", "map/geometry", "map/grid",
          "map/layers", "map/objects", "map/observations"],
         {"absl", "eigen"},
     ),
@@ -278,7 +278,7 @@ ROOMS = {
     # storage/interchange: reads the map in which a robot localises itself.
     "ingest/sources": Room(
         ["base/images", "base/limits", "base/status", "ingest/perception", "map/edits",
-         "map/layers", "storage/interchange"],
+         "map/layers", "map/observations", "storage/interchange"],
         {"absl", "eigen"}, hidden={"json", "yaml"},
     ),
     "ingest/frame_service": Room(
