@@ -45,10 +45,10 @@ def observe(client, observations, **fields):
             for a in response.acknowledgements}
 
 
-def shown(client):
+def shown(client, map_name="site", layers=("things", "seen")):
     """Returns the objects without ids and versions, and the known cells of the layer `seen`."""
     objects, cells = [], []
-    for answer in client.QueryArea(scope=rpc.scope("site", "things", "seen"),
+    for answer in client.QueryArea(scope=rpc.scope(map_name, *layers),
                                    area=sites.square(-500, -500, 1000)):
         for o in answer.part.objects:
             o.id = o.version = 0  # Both depend on how observations were grouped into commits.

@@ -93,6 +93,7 @@ class Recording:
         self.folder = pathlib.Path(folder)
         self.frames = [render(i, count) for i in range(count)]
         self.depth = [png(f.millimetres * 5) for f in self.frames]
+        self.stamps = [f.stamp for f in self.frames]  # of the poses
         self.poses = [(*f.position, *f.quaternion) for f in self.frames]
         self.annotations = [
             {"image_id": i, "category_id": 1, "score": 0.9,
@@ -104,8 +105,8 @@ class Recording:
         for frame, data in zip(self.frames, self.depth):
             (self.folder / self._file(frame)).write_bytes(data)
         self._write("depth.txt", [f"{f.stamp} {self._file(f)}" for f in self.frames])
-        self._write("groundtruth.txt", [f"{f.stamp} {' '.join(str(n) for n in pose)}"
-                                        for f, pose in zip(self.frames, self.poses)])
+        self._write("groundtruth.txt", [f"{stamp} {' '.join(str(n) for n in pose)}"
+                                        for stamp, pose in zip(self.stamps, self.poses)])
         self._write("camera.yaml", [CAMERA_YAML])
         self._write("detections.json", [json.dumps({
             "images": [{"id": i, "file_name": self._file(f)} for i, f in enumerate(self.frames)],
