@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "map/observations/pose_correction.h"
+#include "map/observations/view_frame.h"
 
 namespace hypermap::smoothing {
 namespace {
@@ -33,14 +33,6 @@ float SurfaceSigma(float depth_m) {
   return 0.003f + 0.0019f * beyond * beyond;
 }
 
-Eigen::Isometry3f ViewFromCamera(const Eigen::Isometry3d& frame_from_camera) {
-  const PlanarTransform view = ViewPose(frame_from_camera);
-  const Eigen::Isometry3d frame_from_view =
-      Eigen::Translation3d(view.x(), view.y(), 0.0) *
-      Eigen::Isometry3d(Eigen::AngleAxisd(view.yaw(), Eigen::Vector3d::UnitZ()));
-  return (frame_from_view.inverse() * frame_from_camera).cast<float>();
-}
-
 bool IsMeasured(float depth_m) { return depth_m >= kNearest_m && depth_m <= kFarthest_m; }
 
 }  // namespace
@@ -50,7 +42,9 @@ DepthScan::DepthScan(const Observation& observation)
       rows_(observation.depth->rows),
       focal_(static_cast<float>(observation.depth->fx), static_cast<float>(observation.depth->fy)),
       centre_(static_cast<float>(observation.depth->cx), static_cast<float>(observation.depth->cy)),
-      view_from_camera_(ViewFromCamera(observation.pose.frame_from_camera)),
+      view_from_camera_(ViewFromCamera(observation.pose.frame_from_camera.linear().row(2),
+                                       observation.pose.frame_from_camera.translation().z())
+                            .cast<float>()),
       camera_from_view_(view_from_camera_.inverse()) {
   surface_of_.assign(observation.depth->depth_mm.size(), -1);
   FindSurface(*observation.depth);

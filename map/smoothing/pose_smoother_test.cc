@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/cancellation/cancellation.h"
+#include "map/observations/view_frame.h"
 #include "map/smoothing/testing/rendered_room.h"
 
 namespace hypermap::smoothing {

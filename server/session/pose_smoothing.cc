@@ -13,6 +13,7 @@
 #include "base/metering/memory_meter.h"
 #include "base/status/status_macros.h"
 #include "map/layers/grid_layer.h"
+#include "map/observations/view_frame.h"
 #include "map/smoothing/pose_smoother.h"
 #include "server/fusion/fused_layer.h"
 
@@ -62,7 +63,8 @@ CorrectedPose ClaimOf(const Observation& observation, const PoseCorrections& cor
   if (observation.claim && has_walls) {
     return {observation.stamp, observation.claim->frame_from_view, observation.claim->covariance};
   }
-  return {observation.stamp, ViewPose(observation.pose.frame_from_camera),
+  return {observation.stamp,
+          observation.frame_from_view.value_or(ViewPose(observation.pose.frame_from_camera)),
           (observation.claim ? 4.0 : 1.0) * observation.pose.covariance};
 }
 

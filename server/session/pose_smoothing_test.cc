@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "map/observations/view_frame.h"
 #include "map/smoothing/testing/rendered_room.h"
 #include "server/session/object_history.h"
 #include "server/session/testing/fused_site.h"

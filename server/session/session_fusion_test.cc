@@ -525,7 +525,7 @@ TEST(MapFusionTest, CorrectedViewsAreThoseThatClaimedThePoses) {
     ASSERT_EQ(send(observation), ObservationOutcome::kAccepted);
   }
   EXPECT_NE(ObjectsOf(*site.snapshot()), ObjectsOf(*claimed.snapshot()));
-  ASSERT_TRUE(site.Run(CorrectPoses{"things", "", good}).ok());
+  ASSERT_TRUE(site.Run(CorrectPoses{"things", "", {good}}).ok());
   ExpectShowsTheSame(site, claimed);
   site.Restart();
   ASSERT_TRUE(site.Run(RebuildFusion{"things", "", ""}).ok());

@@ -20,6 +20,7 @@
 #include "ingest/sources/occupancy_file.h"
 #include "ingest/sources/rgbd_dataset.h"
 #include "map/observations/pose_correction.h"
+#include "map/observations/view_frame.h"
 #include "map/smoothing/pose_smoother.h"
 
 namespace hypermap::ingest {
@@ -83,7 +84,7 @@ absl::Status Run(const std::string& drive, const std::string& trajectory) {
     frame->instances.clear();
     HYPERMAP_ASSIGN_OR_RETURN(const Observation observation, observer.Observe(*frame, nullptr));
     claims.push_back(ViewPose(frame->frame_from_camera));
-    matched.push_back(ViewPose(observation.pose.frame_from_camera));
+    matched.push_back(*observation.frame_from_view);
     truth.push_back(ViewPose(true_frame->frame_from_camera));
     views.push_back({"robot",
                      {observation.stamp, claims.back(), frame->pose_covariance},
