@@ -141,6 +141,7 @@ demo: build/.deps-build
 bench: $(if $(filter true 1,$(PEERS)),build/.deps-bench) build
 	@build/tests/hypermap_bench $(ARGS)
 	@! test -x build/tests/ingest_bench || build/tests/ingest_bench
+	@build/tests/fleet_fold_bench --server build/bin/hypermapd
 	@build/tests/replica_bench --server build/bin/hypermapd
 	@build/tests/server_bench --server build/bin/hypermapd \
 	  --floor_server build/tests/floor_server $(if $(filter true 1,$(PEERS)),--peers) $(SERVER_ARGS)

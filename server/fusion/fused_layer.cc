@@ -69,15 +69,16 @@ void Earlier(const storage::LogKey& key, std::optional<storage::LogKey>* first) 
 
 FusedLayer::FusedLayer(std::string layer, storage::FusionSettings settings,
                        std::shared_ptr<const fusion::Strategy> strategy, EvidenceLog log,
-                       storage::FusionLog* stored, const FusionOptions* options)
+                       storage::FusionLog* stored, const FusionOptions* options, FoldWork* work)
     : layer_(std::move(layer)),
       settings_(std::move(settings)),
       strategy_(std::move(strategy)),
       log_(std::move(log)),
       stored_(stored),
       options_(options),
+      work_(work),
       shown_(layer_),
-      fold_(strategy_, options, options->max_checkpoint_bytes) {}
+      fold_(strategy_, options, options->max_checkpoint_bytes, work_) {}
 
 std::unique_ptr<FusedLayer> FusedLayer::Copy() const {
   std::unique_ptr<FusedLayer> copy(new FusedLayer(*this));
@@ -87,20 +88,20 @@ std::unique_ptr<FusedLayer> FusedLayer::Copy() const {
 
 absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Begin(
     const std::string& layer, const storage::FusionSettings& settings, storage::FusionLog* stored,
-    const FusionOptions* options) {
+    const FusionOptions* options, FoldWork* work) {
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<fusion::Strategy> strategy,
                             options->make_strategy(settings.strategy, settings.parameters));
   HYPERMAP_ASSIGN_OR_RETURN(EvidenceLog log, EvidenceLog::Open(layer, stored, &options->codec));
   std::unique_ptr<FusedLayer> fused(
-      new FusedLayer(layer, settings, std::move(strategy), std::move(log), stored, options));
+      new FusedLayer(layer, settings, std::move(strategy), std::move(log), stored, options, work));
   fused->settings_changed_ = true;
   return fused;
 }
 
 absl::StatusOr<std::unique_ptr<FusedLayer>> FusedLayer::Open(
     const std::string& layer, const storage::FusionSettings& settings, storage::FusionLog* stored,
-    const FusionOptions* options, const Snapshot& snapshot) {
-  absl::StatusOr<std::unique_ptr<FusedLayer>> fused = Begin(layer, settings, stored, options);
+    const FusionOptions* options, const Snapshot& snapshot, FoldWork* work) {
+  absl::StatusOr<std::unique_ptr<FusedLayer>> fused = Begin(layer, settings, stored, options, work);
   // The caller of a later request did not choose the settings.
   if (absl::IsInvalidArgument(fused.status())) {
     return absl::DataLossError(
@@ -280,7 +281,7 @@ absl::StatusOr<bool> FusedLayer::BeginLate(Lane lane,
   }
   if (late.empty()) return false;
   HYPERMAP_ASSIGN_OR_RETURN(FoldPoint before, CheckpointBefore(late.begin()->first));
-  LogFold start(strategy_, options_, options_->max_checkpoint_bytes / kNumLanes);
+  LogFold start(strategy_, options_, options_->max_checkpoint_bytes / kNumLanes, work_);
   start.RestartAt(std::move(before));
   work.emplace(std::move(start), std::move(late));
   return true;
@@ -378,7 +379,7 @@ absl::Status FusedLayer::Rebuild(const storage::FusionSettings& settings) {
                             options_->make_strategy(settings.strategy, settings.parameters));
   ChangedAt(storage::BeforeAll());
   strategy_ = std::move(strategy);
-  fold_ = LogFold(strategy_, options_, options_->max_checkpoint_bytes);
+  fold_ = LogFold(strategy_, options_, options_->max_checkpoint_bytes, work_);
   for (std::optional<LateFold>& late : late_) late.reset();
   // All stored checkpoints are invalid: makes Written store a new one.
   new_entries_ += options_->entries_per_stored_checkpoint;

@@ -26,6 +26,7 @@
 #include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
 #include "server/fusion/evidence_log.h"
+#include "server/fusion/fold_work.h"
 #include "server/fusion/fusion_options.h"
 #include "server/fusion/late_fold.h"
 #include "server/fusion/log_fold.h"
@@ -52,18 +53,20 @@ struct OperatorEdit {
 // again. That includes the errors of CheckCancelled, which Open and Fold return. Not thread safe.
 class FusedLayer {
  public:
-  // Loads a layer from the store; `snapshot` is the newest. `stored` and `options` must outlive
-  // this. Errors are those of the log and of the strategy factory.
+  // Loads a layer from the store; `snapshot` is the newest. Counts what it folds in `work`.
+  // `stored`, `options` and `work` must outlive this. Errors are those of the log and of the
+  // strategy factory.
   static absl::StatusOr<std::unique_ptr<FusedLayer>> Open(const std::string& layer,
                                                           const storage::FusionSettings& settings,
                                                           storage::FusionLog* stored,
                                                           const FusionOptions* options,
-                                                          const Snapshot& snapshot);
+                                                          const Snapshot& snapshot, FoldWork* work);
   // A new fused layer, with an empty log.
   static absl::StatusOr<std::unique_ptr<FusedLayer>> Begin(const std::string& layer,
                                                            const storage::FusionSettings& settings,
                                                            storage::FusionLog* stored,
-                                                           const FusionOptions* options);
+                                                           const FusionOptions* options,
+                                                           FoldWork* work);
 
   // A copy, so that a long change can be given up: the original stays as it is. Costs a step for
   // each track. The one that is not used further must be dropped before the other one is written.
@@ -175,7 +178,7 @@ class FusedLayer {
 
   FusedLayer(std::string layer, storage::FusionSettings settings,
              std::shared_ptr<const fusion::Strategy> strategy, EvidenceLog log,
-             storage::FusionLog* stored, const FusionOptions* options);
+             storage::FusionLog* stored, const FusionOptions* options, FoldWork* work);
   FusedLayer(const FusedLayer&) = default;
 
   // The objects that the strategy shows at the tip.
@@ -223,6 +226,7 @@ class FusedLayer {
   EvidenceLog log_;
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
+  FoldWork* const work_;
 
   ShownTracks shown_;
   LogFold fold_;  // its tip is the state that the layer shows

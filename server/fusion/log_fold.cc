@@ -20,9 +20,10 @@ absl::StatusOr<FoldPoint> BeginningOfLog(const std::optional<storage::FusionBase
 }
 
 LogFold::LogFold(std::shared_ptr<const fusion::Strategy> strategy, const FusionOptions* options,
-                 int64_t max_checkpoint_bytes)
+                 int64_t max_checkpoint_bytes, FoldWork* work)
     : strategy_(std::move(strategy)),
       options_(options),
+      work_(work),
       tip_{storage::BeforeAll(), strategy_->Initial()},
       checkpoints_(strategy_, options->max_lateness, max_checkpoint_bytes) {}
 
@@ -61,6 +62,7 @@ void EntryFolder::Fold(const Evidence& evidence) {
     return;
   }
   Finish();
+  if (evidence.observation) ++fold_->work().folded;
   fold_->Advance(evidence.key,
                  server::Fold(fold_->strategy(), fold_->tip().state, evidence, nullptr), 1);
 }

@@ -10,6 +10,7 @@
 #include "map/fusion/strategy.h"
 #include "server/fusion/checkpoints.h"
 #include "server/fusion/evidence.h"
+#include "server/fusion/fold_work.h"
 #include "server/fusion/fusion_options.h"
 #include "storage/fusion_log.h"
 
@@ -23,14 +24,16 @@ absl::StatusOr<FoldPoint> BeginningOfLog(const std::optional<storage::FusionBase
 // A value: copies share their states. Not thread safe.
 class LogFold {
  public:
-  // The fold of no entry. `options` must outlive this and its copies.
+  // The fold of no entry. Counts what it folds in `work`. `options` and `work` must outlive this
+  // and its copies.
   LogFold(std::shared_ptr<const fusion::Strategy> strategy, const FusionOptions* options,
-          int64_t max_checkpoint_bytes);
+          int64_t max_checkpoint_bytes, FoldWork* work);
 
   // The state after the last entry that was folded.
   const FoldPoint& tip() const { return tip_; }
   const Checkpoints& checkpoints() const { return checkpoints_; }
   const fusion::Strategy& strategy() const { return *strategy_; }
+  FoldWork& work() { return *work_; }
 
   // Goes on from another point. REQUIRES: no checkpoint is after it.
   void RestartAt(FoldPoint point);
@@ -52,6 +55,7 @@ class LogFold {
  private:
   std::shared_ptr<const fusion::Strategy> strategy_;
   const FusionOptions* options_;
+  FoldWork* work_;
   FoldPoint tip_;
   Checkpoints checkpoints_;
   int64_t entries_since_checkpoint_ = 0;

@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cancellation/cancellation.h"
 #include "base/limits/limits.h"
+#include "base/metering/thread_cpu.h"
 #include "base/status/status_macros.h"
 #include "map/layers/semantic_layer.h"
 
@@ -95,7 +96,7 @@ absl::StatusOr<FusedLayer*> MapFusion::Find(const Snapshot& snapshot, const std:
   // Without it, observations would mark nothing as explored.
   HYPERMAP_RETURN_IF_ERROR(snapshot.CheckUndamaged({settings->second.exploration_layer}));
   absl::StatusOr<std::unique_ptr<FusedLayer>> fused =
-      FusedLayer::Open(layer, settings->second, stored_, options_, snapshot);
+      FusedLayer::Open(layer, settings->second, stored_, options_, snapshot, &work_);
   if (!fused.ok()) {
     return absl::Status(fused.status().code(),
                         absl::StrCat("layer \"", layer, "\": ", fused.status().message()));
@@ -218,6 +219,7 @@ absl::StatusOr<int64_t> MapFusion::EntriesToFold(const Snapshot& snapshot, const
 absl::StatusOr<int64_t> MapFusion::FoldLate(
     const Snapshot& snapshot, const std::string& layer, FusedLayer::Lane lane, bool begin,
     absl::Span<const FusedLayer::LateObservation> observations, absl::FunctionRef<bool()> stop) {
+  const ScopedCpuTime cpu(&work_.cpu);
   HYPERMAP_ASSIGN_OR_RETURN(FusedLayer * fused, Find(snapshot, layer));
   if (begin || !fused->HasLate(lane)) {
     HYPERMAP_ASSIGN_OR_RETURN(const bool begun,
@@ -234,6 +236,7 @@ void MapFusion::DropLate(const std::string& layer, FusedLayer::Lane lane) {
 
 absl::StatusOr<FusionReaction> MapFusion::FoldAdmitted(const Snapshot& snapshot,
                                                        const std::string& layer) {
+  const ScopedCpuTime cpu(&work_.cpu);
   absl::StatusOr<FusedLayer*> fused = Find(snapshot, layer);
   if (!fused.ok()) return Broken(fused.status());
   return Fold(snapshot, {*fused});
@@ -241,6 +244,7 @@ absl::StatusOr<FusionReaction> MapFusion::FoldAdmitted(const Snapshot& snapshot,
 
 absl::StatusOr<FusionReaction> MapFusion::Run(const Snapshot& snapshot,
                                               const FusionCommand& command) {
+  const ScopedCpuTime cpu(&work_.cpu);
   tried_.reset();
   return std::visit([&](const auto& c) { return Do(snapshot, c); }, command);
 }
@@ -276,7 +280,7 @@ absl::Status MapFusion::Begin(const Snapshot& snapshot, const StartFusion& comma
     HYPERMAP_RETURN_IF_ERROR(status);
   }
   HYPERMAP_ASSIGN_OR_RETURN(std::unique_ptr<FusedLayer> fused,
-                            FusedLayer::Begin(command.layer, settings, stored_, options_));
+                            FusedLayer::Begin(command.layer, settings, stored_, options_, &work_));
   settings_[command.layer] = settings;
   layers_[command.layer] = std::move(fused);
   return absl::OkStatus();
@@ -363,6 +367,7 @@ absl::StatusOr<FusionReaction> MapFusion::Do(const Snapshot& snapshot,
 }
 
 void MapFusion::Written() {
+  const ScopedCpuTime cpu(&work_.cpu);
   deleted_.clear();
   for (auto it = layers_.begin(); it != layers_.end();) {
     // A layer in an unknown state is dropped and loaded from the store on next use.

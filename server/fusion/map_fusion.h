@@ -20,6 +20,7 @@
 #include "map/edits/edit.h"
 #include "map/observations/robot_clocks.h"
 #include "map/snapshot.h"
+#include "server/fusion/fold_work.h"
 #include "server/fusion/fused_layer.h"
 #include "server/fusion/fusion_options.h"
 #include "storage/map_store.h"
@@ -152,6 +153,9 @@ class MapFusion {
   // Stores a checkpoint of each loaded layer with entries that no stored checkpoint contains.
   void KeepCheckpoints();
 
+  // What folding has cost since the map was opened.
+  const FoldWork& work() const { return work_; }
+
   // The clocks of the robots that sent observations since the map was opened.
   const RobotClocks& robot_clocks() const { return robot_clocks_; }
 
@@ -188,6 +192,7 @@ class MapFusion {
   storage::FusionLog* const stored_;
   const FusionOptions* const options_;
   const Limits limits_;
+  FoldWork work_;                                              // outlives the layers
   std::map<std::string, storage::FusionSettings> settings_;    // of all fused layers
   std::map<std::string, std::unique_ptr<FusedLayer>> layers_;  // the loaded ones
   // Layers that were deleted since the last Written: the store still has their logs.

@@ -415,8 +415,9 @@ TEST(StoredSettingsTest, DamageIsNotTheCallersFault) {
   for (const storage::FusionSettings& settings :
        {storage::FusionSettings{"evidence", "[", ""}, storage::FusionSettings{"unknown", "", ""}}) {
     MemoryFusionLog log;
+    FoldWork work;
     const absl::Status status =
-        FusedLayer::Open("things", settings, &log, &options, Snapshot()).status();
+        FusedLayer::Open("things", settings, &log, &options, Snapshot(), &work).status();
     EXPECT_EQ(status.code(), absl::StatusCode::kDataLoss) << status;
   }
 }

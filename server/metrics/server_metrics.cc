@@ -93,6 +93,13 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
   Family observations("hypermap_map_observations_total",
                       "Observations that were answered since the map was opened, by outcome.",
                       MetricType::Counter);
+  Family folds("hypermap_map_folded_observations_total",
+               "Times that an observation was folded since the map was opened; a late one makes "
+               "others be folded again.",
+               MetricType::Counter);
+  Family fold_cpu("hypermap_map_fold_cpu_seconds_total",
+                  "CPU time of folding observations since the map was opened.",
+                  MetricType::Counter);
   Family robots("hypermap_map_robots", "Robots of the map that report where they are.",
                 MetricType::Gauge);
   for (const Site::Entry& entry : site.List()) {
@@ -124,6 +131,8 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
                         static_cast<double>(reading.commits));
     lags.AddHistogram(labels, SessionMeters::kLagBounds, reading.lags,
                       static_cast<double>(reading.total_lag));
+    folds.Add(labels, static_cast<double>(reading.folded));
+    fold_cpu.Add(labels, absl::ToDoubleSeconds(reading.fold_cpu));
     for (size_t i = 0; i < reading.observations.size(); ++i) {
       const absl::string_view outcome = ObservationOutcomeName(static_cast<ObservationOutcome>(i));
       observations.Add({{"map", entry.name}, {"outcome", std::string(outcome)}},
@@ -132,7 +141,7 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
   }
   for (Family* family :
        {&works, &states, &revision, &content, &layers, &feed, &waiting, &waiting_bytes, &commits,
-        &changes, &failures, &groups, &lags, &observations, &robots}) {
+        &changes, &failures, &groups, &lags, &observations, &folds, &fold_cpu, &robots}) {
     out.push_back(std::move(*family));
   }
 }

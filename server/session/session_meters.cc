@@ -18,6 +18,11 @@ void SessionMeters::AddWatchLag(int64_t revisions) {
   total_lag_.fetch_add(revisions, std::memory_order_relaxed);
 }
 
+void SessionMeters::SetFoldWork(int64_t folded, absl::Duration cpu) {
+  folded_.store(folded, std::memory_order_relaxed);
+  fold_cpu_ns_.store(absl::ToInt64Nanoseconds(cpu), std::memory_order_relaxed);
+}
+
 SessionMeters::Reading SessionMeters::Read() const {
   Reading reading;
   reading.commits = commits_.load(std::memory_order_relaxed);
@@ -33,6 +38,8 @@ SessionMeters::Reading SessionMeters::Read() const {
     reading.lags[i] = lags_[i].load(std::memory_order_relaxed);
   }
   reading.total_lag = total_lag_.load(std::memory_order_relaxed);
+  reading.folded = folded_.load(std::memory_order_relaxed);
+  reading.fold_cpu = absl::Nanoseconds(fold_cpu_ns_.load(std::memory_order_relaxed));
   return reading;
 }
 

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "absl/time/time.h"
 #include "map/observations/observe_answers.h"
 
 namespace hypermap::server {
@@ -26,6 +27,9 @@ class SessionMeters {
     observations_[static_cast<size_t>(outcome)].fetch_add(1, std::memory_order_relaxed);
   }
 
+  // Sets what the folding of observations has cost so far.
+  void SetFoldWork(int64_t folded, absl::Duration cpu);
+
   // Counts that a watch which is this many revisions behind the newest takes the next ones.
   void AddWatchLag(int64_t revisions);
 
@@ -37,6 +41,8 @@ class SessionMeters {
     std::array<int64_t, kOutcomes> observations = {};      // by ObservationOutcome
     std::array<int64_t, kLagBounds.size() + 1> lags = {};  // in each class
     int64_t total_lag = 0;                                 // sum of the lags
+    int64_t folded = 0;                                    // FoldWork::folded
+    absl::Duration fold_cpu;                               // FoldWork::cpu
   };
   Reading Read() const;
 
@@ -48,6 +54,8 @@ class SessionMeters {
   std::array<std::atomic<int64_t>, kOutcomes> observations_ = {};
   std::array<std::atomic<int64_t>, kLagBounds.size() + 1> lags_ = {};
   std::atomic<int64_t> total_lag_ = 0;
+  std::atomic<int64_t> folded_ = 0;
+  std::atomic<int64_t> fold_cpu_ns_ = 0;
 };
 
 }  // namespace hypermap::server

@@ -18,12 +18,12 @@
 #include "ingest/perception/pcl/region_growing_segmenter.h"
 #include "ingest/sources/depth_png.h"
 #include "map/fusion/strategy.h"
-#include "map/fusion/testing/scene.h"
 #include "simulation/worlds/drive.h"
 #include "simulation/worlds/random.h"
 #include "simulation/worlds/renderer.h"
 #include "simulation/worlds/scene.h"
 #include "simulation/worlds/sequence_files.h"
+#include "tests/bench/fold_places.h"
 
 namespace hypermap {
 namespace {
@@ -98,7 +98,7 @@ double FrameCost(std::vector<RecordedFrame>* frames, std::unique_ptr<ingest::Seg
   });
 }
 
-// Places 8 m apart with ten objects each, `objects` in total.
+// Places with ten objects each, `objects` in total.
 struct FilledLayer {
   fusion::StatePtr state;
   std::vector<Observation> looks;  // one observation at each of some places
@@ -108,20 +108,13 @@ struct FilledLayer {
 FilledLayer Fill(const fusion::Strategy& strategy, int objects) {
   FilledLayer layer{strategy.Initial(), {}, 0};
   int64_t sequence = 0;
-  const int places = objects / 10;
+  const int places = objects / bench::kBoxesOfPlace;
   for (int place = 0; place < places; ++place) {
-    const auto [row, column] = std::div(place, 32);
-    const double x = 8.0 * column;
-    const double y = 8.0 * row;
-    std::vector<fusion::SceneBox> scene;
-    for (int i = 0; i < 10; ++i) {
-      const auto [behind, beside] = std::div(i, 5);
-      const double dx = x + 1.6 + 0.35 * behind;
-      const double dy = y - 0.8 + 0.35 * beside;
-      scene.push_back({"box", Box{{dx, dy}, {dx + 0.25, dy + 0.25}}, {0.0, 0.2 + 0.25 * behind}});
-    }
+    const auto& [camera, boxes] = bench::MakeFoldPlace(place);
     for (int look = 0; look < 6; ++look) {
-      const Observation seen = fusion::Observe(scene, {.x = x, .y = y + 0.05 * look}, sequence++);
+      fusion::SceneCamera moved = camera;
+      moved.y += 0.05 * look;
+      const Observation seen = fusion::Observe(boxes, moved, sequence++);
       layer.state = strategy.Fold(layer.state, seen, nullptr);
       if (look == 5 && place % std::max(1, places / 40) == 0) layer.looks.push_back(seen);
     }

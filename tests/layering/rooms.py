@@ -204,8 +204,8 @@ ROOMS = {
     ),
 
     "server/fusion": Room(
-        ["base/cancellation", "base/limits", "base/status", "map", "map/edits", "map/fusion",
-         "map/geometry", "map/layers", "map/observations", "storage"],
+        ["base/cancellation", "base/limits", "base/metering", "base/status", "map", "map/edits",
+         "map/fusion", "map/geometry", "map/layers", "map/observations", "storage"],
         {"absl"}, target="map_fusion",
     ),
     "server/presence": Room(
