@@ -18,6 +18,12 @@ constexpr int kMaxRounds = 6;
 // A rotation by a quarter of the step, in radians, moves points 4 m away by one step.
 constexpr double kTurnPerStep_rad_per_m = 0.25;
 
+// std::floor of a value within the range of int32, which takes less than that.
+int64_t RoundedDown(double value) {
+  const auto truncated = static_cast<int64_t>(value);
+  return truncated - (value < static_cast<double>(truncated) ? 1 : 0);
+}
+
 // The occupancy of a shape's cells, computed once for many lookups.
 class OccupancyField {
  public:
@@ -37,14 +43,15 @@ class OccupancyField {
   double At(const Point& p) const {
     const double x = p.x / resolution_m_ - 0.5;
     const double y = p.y / resolution_m_ - 0.5;
-    const double col = std::floor(x);
-    const double row = std::floor(y);
-    if (!(col >= box_.col_begin && row >= box_.row_begin && col + 1 < box_.col_end &&
-          row + 1 < box_.row_end)) {
+    // Bounds are whole numbers, so that it does not matter whether x and y are rounded down before.
+    if (!(x >= box_.col_begin && y >= box_.row_begin && x < box_.col_end - 1.0 &&
+          y < box_.row_end - 1.0)) {
       return 0.0;
     }
-    const double fx = x - col;
-    const double fy = y - row;
+    const int64_t col = RoundedDown(x);
+    const int64_t row = RoundedDown(y);
+    const double fx = x - static_cast<double>(col);
+    const double fy = y - static_cast<double>(row);
     const auto cols = static_cast<size_t>(box_.cols());
     const float* at = &cells_[static_cast<size_t>(row - box_.row_begin) * cols +
                               static_cast<size_t>(col - box_.col_begin)];
