@@ -31,7 +31,7 @@ const Track* ReferenceOf(const FrameDetection& detection, const std::vector<Fram
   double best_iou = kMinAlignmentIou;
   for (const FrameTrack& candidate : tracks) {
     const Track& track = *candidate.track;
-    if (track.log_odds < kMinReferenceLogOdds || track.label() != detection.label) continue;
+    if (!IsReference(track.log_odds) || track.label() != detection.label) continue;
     if (!wide.bounds().Intersects(track.outline.bounds())) continue;
     const double iou = Iou(wide, Widened(track.outline, kAlignmentMargin_m));
     if (iou > best_iou) {
@@ -73,6 +73,8 @@ Eigen::Isometry3d Moved(const Eigen::Isometry3d& frame_from_camera, const Eigen:
 }
 
 }  // namespace
+
+bool IsReference(double log_odds) { return !(log_odds < kMinReferenceLogOdds); }
 
 AlignedFrame AlignFrame(const Observation& observation,
                         const std::vector<FrameDetection>& detections,

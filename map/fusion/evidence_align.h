@@ -24,6 +24,9 @@ struct AlignedFrame {
   std::optional<DepthLookup> depth;
 };
 
+// Whether a track with these log-odds is a reference: it probably exists.
+bool IsReference(double log_odds);
+
 // Finds the motion for which the cells of the detections agree best with tracks of their class,
 // within the covariance of the pose. The reference of a detection is the track with the largest IoU
 // among those that probably exist; without references, the motion is zero. Costs the number of

@@ -133,7 +133,7 @@ Track DecodeTrack(const json& encoded) {
 
 std::string EncodeEvidence(const EvidenceState& state) {
   json tracks = json::array();
-  for (const TrackPtr& track : state.tracks) tracks.push_back(EncodeTrack(*track));
+  state.tracks.ForEach([&](const TrackPtr& track) { tracks.push_back(EncodeTrack(*track)); });
   json views = json::array();
   for (const View& view : state.views.views()) views.push_back(EncodeView(view));
   return EncodeState("evidence", kVersion,

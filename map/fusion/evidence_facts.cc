@@ -43,23 +43,24 @@ std::shared_ptr<Track> TrackFoundedBy(const OperatorFact& fact, const Polygon& f
 EvidenceFacts::EvidenceFacts(const EvidenceState& before, const EvidenceParameters& parameters)
     : parameters_(parameters), after_(std::make_shared<EvidenceState>(before)) {
   index_.Reserve(after_->tracks.size());
-  for (const TrackPtr& track : after_->tracks) {
+  tracks_.reserve(after_->tracks.size());
+  after_->tracks.ForEach([&](const TrackPtr& track) { tracks_.push_back(track); });
+  for (const TrackPtr& track : tracks_) {
     if (IsCancelled()) return;
     index_.Add(track->key, AreaOf(*track).bounds());
   }
 }
 
 void EvidenceFacts::Add(const OperatorFact& fact) {
-  std::vector<TrackPtr>& tracks = after_->tracks;
   const Polygon footprint = FootprintOf(fact.object.shape, kPinHalfWidth_m);
   const std::optional<size_t> found =
       index_.Find(fact.track, footprint.bounds(), kSameIou, [&](size_t i) {
-        const double iou = Iou(AreaOf(*tracks[i]), footprint);
+        const double iou = Iou(AreaOf(*tracks_[i]), footprint);
         // A track with the fact's label is preferred to all others.
-        return iou >= kSameIou && tracks[i]->label() == fact.object.label ? iou + 1.0 : iou;
+        return iou >= kSameIou && tracks_[i]->label() == fact.object.label ? iou + 1.0 : iou;
       });
-  const std::shared_ptr<Track> track = found ? std::make_shared<Track>(*tracks[*found])
-                                             : TrackFoundedBy(fact, footprint, parameters_);
+  const std::shared_ptr<Track> track =
+      found ? CopyToChange(*tracks_[*found]) : TrackFoundedBy(fact, footprint, parameters_);
   // An operator's word counts as much as any number of detections.
   track->log_odds = parameters_.max_log_odds;
   if (fact.kind == OperatorFact::Kind::kPin) {
@@ -74,10 +75,12 @@ void EvidenceFacts::Add(const OperatorFact& fact) {
   track->Refresh(parameters_);
   if (found) {
     index_.Move(*found, AreaOf(*track).bounds());
-    tracks[*found] = track;
+    tracks_[*found] = track;
+    after_->tracks.Set(*found, track);
   } else {
     index_.Add(track->key, AreaOf(*track).bounds());
-    tracks.push_back(track);
+    tracks_.push_back(track);
+    after_->tracks.push_back(track);
   }
 }
 

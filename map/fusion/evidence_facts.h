@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "map/fusion/evidence_parameters.h"
 #include "map/fusion/evidence_state.h"
@@ -27,7 +28,8 @@ class EvidenceFacts : public FactFold {
  private:
   const EvidenceParameters parameters_;
   std::shared_ptr<EvidenceState> after_;
-  TrackIndex index_;  // Finds after_->tracks by the areas with which facts are compared.
+  std::vector<TrackPtr> tracks_;  // Those of after_.
+  TrackIndex index_;              // Finds tracks_ by the areas with which facts are compared.
 };
 
 }  // namespace hypermap::fusion

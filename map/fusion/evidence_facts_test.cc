@@ -69,7 +69,7 @@ std::shared_ptr<const EvidenceState> FoldByScan(const EvidenceState& before,
   track->Refresh(parameters);
   auto after = std::make_shared<EvidenceState>(before);
   if (found < before.tracks.size()) {
-    after->tracks[found] = std::move(track);
+    after->tracks.Set(found, std::move(track));
   } else {
     after->tracks.push_back(std::move(track));
   }
@@ -160,7 +160,7 @@ TEST(EvidenceFactsTest, TrackWithTheFactsLabelIsPreferredAndThenTheLast) {
     EvidenceFacts facts(before, {});
     facts.Add({OperatorFact::Kind::kPin, "operator/1", put});
     const StatePtr after = facts.Finish();
-    const std::vector<TrackPtr>& tracks = static_cast<const EvidenceState&>(*after).tracks;
+    const TrackList& tracks = static_cast<const EvidenceState&>(*after).tracks;
     ASSERT_EQ(tracks.size(), 4u);
     for (size_t i = 0; i < tracks.size(); ++i) {
       EXPECT_EQ(tracks[i]->pinned != nullptr, i == expected) << label << ", track " << i;

@@ -1,7 +1,9 @@
 #include "map/fusion/evidence_fold.h"
 
+#include <algorithm>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "map/fusion/evidence_align.h"
@@ -50,7 +52,8 @@ std::vector<TrackKey> SubtractMisses(const AlignedFrame& frame,
   for (FrameTrack& candidate : *tracks) {
     Track& track = *candidate.track;
     if (candidate.hit || track.pinned) continue;
-    if (!SubtractMiss(*frame.depth, parameters, &track)) continue;
+    candidate.loss = SubtractMiss(*frame.depth, parameters, &track);
+    if (!candidate.loss) continue;
     if (track.log_odds < parameters.delete_log_odds) forgotten.push_back(track.key);
     if (report) {
       report->missed.push_back(track.key);
@@ -60,22 +63,61 @@ std::vector<TrackKey> SubtractMisses(const AlignedFrame& frame,
   return forgotten;
 }
 
+bool IsGone(const FrameTrack& track, const EvidenceParameters& parameters) {
+  return !track.track || track.track->log_odds < parameters.delete_log_odds;
+}
+
 // Returns the state before with the changed tracks in place of their originals, and the new ones at
 // the end.
 std::shared_ptr<EvidenceState> WithTracks(const EvidenceState& before,
                                           const std::vector<FrameTrack>& tracks,
                                           const EvidenceParameters& parameters) {
   auto after = std::make_shared<EvidenceState>(before);
-  for (const FrameTrack& changed : tracks) {
-    const bool gone = !changed.track || changed.track->log_odds < parameters.delete_log_odds;
-    if (changed.index) {
-      after->tracks[*changed.index] = gone ? nullptr : changed.track;
-    } else if (!gone) {
-      after->tracks.push_back(changed.track);
+  std::vector<TrackList::Change> changes;
+  for (const FrameTrack& track : tracks) {
+    const bool gone = IsGone(track, parameters);
+    if (track.index && (gone || track.changed())) {
+      changes.push_back({*track.index, gone ? nullptr : track.track});
     }
   }
-  std::erase(after->tracks, nullptr);
+  after->tracks.Replace(changes);
+  for (const FrameTrack& track : tracks) {
+    if (!track.index && !IsGone(track, parameters)) after->tracks.push_back(track.track);
+  }
   return after;
+}
+
+// Returns the step of a fold. `keys` are those of `tracks`, as they were before some were merged.
+std::shared_ptr<EvidenceStep> StepOf(const EvidenceState& before, const Box& box, const View& view,
+                                     const std::vector<FrameDetection>& detections,
+                                     const std::vector<FrameTrack>& tracks,
+                                     const std::vector<TrackKey>& keys,
+                                     const std::vector<std::pair<TrackKey, TrackKey>>& merged,
+                                     const EvidenceParameters& parameters) {
+  auto step = std::make_shared<EvidenceStep>();
+  step->box = box;
+  step->view = view;
+  for (const FrameTrack& track : tracks) {
+    EvidenceStep::Affected& affected = step->tracks.emplace_back();
+    if (track.index) {
+      affected.before = before.tracks.At(*track.index);
+    } else {
+      ++step->num_founded;
+    }
+    if (!IsGone(track, parameters)) {
+      affected.after = track.index && !track.changed() ? affected.before : track.track;
+    }
+    if (track.detection) affected.score = detections[*track.detection].score;
+    affected.loss = track.loss;
+  }
+  const auto index_of = [&](const TrackKey& key) {
+    return static_cast<size_t>(std::find(keys.begin(), keys.end(), key) - keys.begin());
+  };
+  for (const auto& [from, into] : merged) {
+    step->merged.emplace_back(index_of(from), index_of(into));
+  }
+  for (const FrameDetection& detection : detections) step->scores.push_back(detection.score);
+  return step;
 }
 
 }  // namespace
@@ -85,13 +127,19 @@ std::shared_ptr<EvidenceState> WithTracks(const EvidenceState& before,
 std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
                                                   const Observation& observation,
                                                   const EvidenceParameters& parameters,
-                                                  FoldReport* report) {
-  const View view = ViewOf(observation);
+                                                  FoldReport* report,
+                                                  std::shared_ptr<const EvidenceStep>* step) {
+  const EvidenceStep* const earlier = step == nullptr || report ? nullptr : step->get();
+  const View view = earlier ? earlier->view : ViewOf(observation);
   if (before.views.Repeats(view, parameters.same_view_m)) {
     return std::make_shared<EvidenceState>(before);
   }
+  if (earlier) {
+    if (auto repeated = Repeated(*earlier, before, parameters)) return repeated;
+  }
   std::vector<FrameDetection> detections = CollectDetections(observation);
-  std::vector<FrameTrack> tracks = CopyTracksInView(before, observation);
+  const Box box = BoxInView(observation);
+  std::vector<FrameTrack> tracks = CopyTracksIn(box, before);
   const AlignedFrame frame = AlignFrame(observation, detections, tracks, parameters);
   MoveDetections(frame, &detections);
   const double buffer_m = AssociationBuffer(observation.pose, parameters);
@@ -99,11 +147,14 @@ std::shared_ptr<const EvidenceState> FoldEvidence(const EvidenceState& before,
   AddDetections(before, observation, detections, frame, parameters, &tracks, report);
   const std::vector<TrackKey> forgotten = SubtractMisses(frame, parameters, &tracks, report);
   CountApart(detections, parameters, &tracks);
+  std::vector<TrackKey> keys;
+  for (const FrameTrack& track : tracks) keys.push_back(track.track->key);
   const auto merged = MergeTracks(detections, buffer_m, parameters, &tracks);
   const std::shared_ptr<EvidenceState> after = WithTracks(before, tracks, parameters);
   after->views.Add(view);
   // Only now, so that all detections of the frame were ranked against the same scores.
   for (const FrameDetection& detection : detections) after->ranks.Add(detection.score);
+  if (step) *step = StepOf(before, box, view, detections, tracks, keys, merged, parameters);
   if (report) {
     for (const TrackKey& key : forgotten) report->existence[key] = 0.0;
     for (const auto& [from, into] : merged) report->existence[from] = 0.0;

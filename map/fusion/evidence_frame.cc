@@ -48,20 +48,21 @@ std::vector<FrameDetection> CollectDetections(const Observation& observation) {
   return collected;
 }
 
-std::vector<FrameTrack> CopyTracksInView(const EvidenceState& state,
-                                         const Observation& observation) {
-  std::vector<FrameTrack> copies;
+Box BoxInView(const Observation& observation) {
   Box box = observation.view_hull.bounds();
   for (const Detection& detection : observation.detections) box.Extend(detection.hull.bounds());
-  if (box.empty()) return copies;
+  if (box.empty()) return box;
   box.Extend(Point{box.min.x - kViewMargin_m, box.min.y - kViewMargin_m});
   box.Extend(Point{box.max.x + kViewMargin_m, box.max.y + kViewMargin_m});
-  for (size_t i = 0; i < state.tracks.size(); ++i) {
-    if (!state.tracks[i]->outline.bounds().Intersects(box)) continue;
-    FrameTrack copy;
-    copy.index = i;
-    copy.track = std::make_shared<Track>(*state.tracks[i]);
-    copies.push_back(std::move(copy));
+  return box;
+}
+
+std::vector<FrameTrack> CopyTracksIn(const Box& box, const EvidenceState& state) {
+  std::vector<FrameTrack> copies;
+  for (const TrackList::Position& position : state.tracks.Intersecting(box)) {
+    FrameTrack& copy = copies.emplace_back();
+    copy.index = position;
+    copy.track = CopyToChange(*state.tracks.At(position));
   }
   return copies;
 }

@@ -28,21 +28,29 @@ struct FrameDetection {
 
 // A track near enough to the frame's view to be affected by it.
 struct FrameTrack {
-  std::optional<size_t> index;   // In the state before; no value for a new track.
-  std::shared_ptr<Track> track;  // A copy; null after it was merged into another.
-  Polygon widened;               // The outline for association; empty if no detection is near.
-  bool hit = false;              // Whether the frame detected it, or one that was merged into it.
+  std::optional<TrackList::Position> index;  // In the state before; no value for a new track.
+  std::shared_ptr<Track> track;              // A copy; null after it was merged into another.
+  Polygon widened;   // The outline for association; empty if no detection is near.
+  bool hit = false;  // Whether the frame detected it, or one that was merged into it.
   std::optional<size_t> detection;  // Index of the FrameDetection that hit it, if any.
+  // The log-odds that a miss took from it, if it was missed.
+  std::optional<double> loss;
+
+  // Whether the frame has changed it. If not, the state keeps the original.
+  bool changed() const { return !track || hit || loss; }
 };
 
 // Returns the detections in their order, without those so far away that the rows and columns of
 // their cells would exceed the range of ShapeGrid, and those without area.
 std::vector<FrameDetection> CollectDetections(const Observation& observation);
 
-// Returns copies of the tracks near the frame's view or its detections, in the order of the state.
-// Costs the number of tracks of the state, plus a copy of each of those returned.
-std::vector<FrameTrack> CopyTracksInView(const EvidenceState& state,
-                                         const Observation& observation);
+// The box of the frame's view and its detections, with a margin. Tracks whose outlines have bounds
+// that do not intersect it are not affected by the frame. Empty if the frame has neither.
+Box BoxInView(const Observation& observation);
+
+// Returns copies of the tracks in this box, in the order of the state. Costs a comparison of boxes
+// for each run of tracks of the state, and a copy of each of those returned.
+std::vector<FrameTrack> CopyTracksIn(const Box& box, const EvidenceState& state);
 
 }  // namespace hypermap::fusion
 

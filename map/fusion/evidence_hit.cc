@@ -102,14 +102,13 @@ void AddShape(const FrameDetection& detection, const std::optional<DepthLookup>&
       end = spans[next].col_end;
       ++next;
     }
+    if (begin < end) shape.AddHits(row, begin, end, weight);
+    if (!depth) continue;
     for (int32_t col = whole.col_begin; col < whole.col_end; ++col) {
+      if (col >= begin && col < end) continue;
       const CellIndex cell{row, col};
-      if (col >= begin && col < end) {
-        shape.AddHit(cell, weight);
-        continue;
-      }
       // Cells without a hit have an occupancy of 0 anyway.
-      if (!depth || shape.hit(cell) <= 0.0f) continue;
+      if (shape.hit(cell) <= 0.0f) continue;
       const auto [seen, against] =
           LookUp(*depth, shape.CentreOf(cell), heights, detection.index + 1);
       if (seen > 0) {
@@ -141,13 +140,17 @@ int64_t MostGrowth(const Detection& detection, const EvidenceParameters& paramet
   return kBytesOfRest + kBytesOfCell * static_cast<int64_t>(aside * aside);
 }
 
+double LogOddsAfterHit(double log_odds, double score, const ScoreRanks& ranks,
+                       const EvidenceParameters& parameters) {
+  const double gain = parameters.hit_gain + parameters.score_gain * (ranks.Rank(score) - 0.5);
+  return std::min(parameters.max_log_odds, log_odds + gain);
+}
+
 void AddDetection(const FrameDetection& detection, const AlignedFrame& frame,
                   const ScoreRanks& ranks, const EvidenceParameters& parameters, Track* track) {
   GiveWay();  // A large thing takes a fraction of a millisecond.
   const double weight = detection.detection->weight;
-  const double gain =
-      parameters.hit_gain + parameters.score_gain * (ranks.Rank(detection.score) - 0.5);
-  track->log_odds = std::min(parameters.max_log_odds, track->log_odds + gain);
+  track->log_odds = LogOddsAfterHit(track->log_odds, detection.score, ranks, parameters);
   ++track->hits;
   track->looks += 1.0;
   track->found += 1.0;

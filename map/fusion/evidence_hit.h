@@ -16,6 +16,10 @@ namespace hypermap::fusion {
 std::shared_ptr<Track> FoundTrack(const Observation& observation, const FrameDetection& detection,
                                   const EvidenceParameters& parameters);
 
+// The log-odds of a track after a detection with this score, which counts by its rank in `ranks`.
+double LogOddsAfterHit(double log_odds, double score, const ScoreRanks& ranks,
+                       const EvidenceParameters& parameters);
+
 // Adds a detection, whose hull must have been moved, to the evidence of its track. Existence rises
 // by the rank of the score in `ranks`, those of all earlier frames. Cells of the hull get the
 // detection's weight; other cells of the track get weight against them where the depth image shows

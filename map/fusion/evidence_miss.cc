@@ -65,19 +65,21 @@ TrackVisibility VisibilityOf(const Track& track, const DepthLookup& depth) {
   return {static_cast<double>(visible) / total, static_cast<double>(empty) / total};
 }
 
-bool SubtractMiss(const DepthLookup& depth, const EvidenceParameters& parameters, Track* track) {
+std::optional<double> SubtractMiss(const DepthLookup& depth, const EvidenceParameters& parameters,
+                                   Track* track) {
   const TrackVisibility visibility = VisibilityOf(*track, depth);
-  if (visibility.visible < kMinVisible) return false;
+  if (visibility.visible < kMinVisible) return std::nullopt;
   const double clear = RelativeClarity(*track, visibility.visible, depth.camera());
   const double rate =
       std::clamp((track->found + 1.0) / (track->looks + 2.0), kMinDetectionRate, kMaxDetectionRate);
   const double missed =
       std::min(parameters.max_miss_loss, std::log((1.0 - parameters.clutter) / (1.0 - rate)));
   const bool is_empty = visibility.empty > kMinEmptyShare * visibility.visible;
-  track->log_odds -= clear * std::max(missed, is_empty ? parameters.empty_loss : 0.0);
+  const double loss = clear * std::max(missed, is_empty ? parameters.empty_loss : 0.0);
+  track->log_odds -= loss;
   track->looks += clear;
   track->RefreshObject(parameters);
-  return true;
+  return loss;
 }
 
 }  // namespace hypermap::fusion

@@ -1,9 +1,13 @@
 #include "map/fusion/evidence_strategy.h"
 
 #include <algorithm>
+#include <memory>
+#include <optional>
+#include <string>
 #include <utility>
+#include <vector>
 
-#include "absl/container/flat_hash_set.h"
+#include "absl/container/flat_hash_map.h"
 #include "base/status/status_macros.h"
 #include "map/fusion/evidence_codec.h"
 #include "map/fusion/evidence_facts.h"
@@ -14,6 +18,8 @@
 
 namespace hypermap::fusion {
 namespace {
+
+bool IsBefore(const FusedObject& a, const FusedObject& b) { return a.track < b.track; }
 
 class EvidenceStrategy : public Strategy {
  public:
@@ -26,33 +32,54 @@ class EvidenceStrategy : public Strategy {
     return FoldEvidence(static_cast<const EvidenceState&>(*state), observation, parameters_,
                         report);
   }
+  StatePtr FoldAgain(const StatePtr& state, const Observation& observation,
+                     FoldStepPtr* step) const override {
+    // Steps are those of this strategy.
+    auto own = std::static_pointer_cast<const EvidenceStep>(*step);
+    StatePtr after = FoldEvidence(static_cast<const EvidenceState&>(*state), observation,
+                                  parameters_, nullptr, &own);
+    *step = std::move(own);
+    return after;
+  }
   std::unique_ptr<FactFold> FoldFacts(const StatePtr& state) const override {
     return std::make_unique<EvidenceFacts>(static_cast<const EvidenceState&>(*state), parameters_);
   }
   std::vector<FusedObject> Objects(const StatePtr& state) const override {
     std::vector<FusedObject> objects;
-    for (const TrackPtr& track : static_cast<const EvidenceState&>(*state).tracks) {
+    static_cast<const EvidenceState&>(*state).tracks.ForEach([&](const TrackPtr& track) {
       if (track->object) objects.push_back({track->key, track->object});
-    }
-    std::sort(objects.begin(), objects.end(),
-              [](const FusedObject& a, const FusedObject& b) { return a.track < b.track; });
+    });
+    std::sort(objects.begin(), objects.end(), IsBefore);
     return objects;
   }
+  std::optional<std::vector<FusedObject>> ChangedObjects(const StatePtr& before,
+                                                         const StatePtr& after) const override {
+    const TrackList& was = static_cast<const EvidenceState&>(*before).tracks;
+    const TrackList& is = static_cast<const EvidenceState&>(*after).tracks;
+    absl::flat_hash_map<absl::string_view, ObjectPtr> objects;  // of `before`, as far as unknown
+    was.ForEachBesides(is, [&](const TrackPtr& track) {
+      if (track->object) objects.emplace(track->key, track->object);
+    });
+    std::vector<FusedObject> changed;
+    is.ForEachBesides(was, [&](const TrackPtr& track) {
+      if (!track->object) return;
+      const auto own = objects.find(track->key);
+      const bool is_same = own != objects.end() && own->second == track->object;
+      if (own != objects.end()) objects.erase(own);
+      if (!is_same) changed.push_back({track->key, track->object});
+    });
+    for (const auto& [track, object] : objects) {
+      changed.push_back({std::string(track), nullptr});
+    }
+    std::sort(changed.begin(), changed.end(), IsBefore);
+    return changed;
+  }
   int64_t ByteSize(const StatePtr& state, const StatePtr& older) const override {
-    absl::flat_hash_set<const Track*> shared;
-    if (older) {
-      for (const TrackPtr& track : static_cast<const EvidenceState&>(*older).tracks) {
-        shared.insert(track.get());
-      }
-    }
-    const auto& tracks = static_cast<const EvidenceState&>(*state).tracks;
-    const auto& views = static_cast<const EvidenceState&>(*state).views.views();
-    auto bytes = static_cast<int64_t>(sizeof(EvidenceState) + tracks.size() * sizeof(TrackPtr) +
-                                      views.size() * sizeof(View));
-    for (const TrackPtr& track : tracks) {
-      if (!shared.contains(track.get())) bytes += fusion::ByteSize(*track);
-    }
-    return bytes;
+    const auto& own = static_cast<const EvidenceState&>(*state);
+    const auto bytes =
+        static_cast<int64_t>(sizeof(EvidenceState) + own.views.views().size() * sizeof(View));
+    if (!older) return bytes + own.tracks.Bytes();
+    return bytes + own.tracks.BytesBesides(static_cast<const EvidenceState&>(*older).tracks);
   }
   int64_t MostGrowth(const Observation& observation) const override {
     int64_t bytes = sizeof(View);

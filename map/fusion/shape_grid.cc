@@ -20,19 +20,26 @@ constexpr double kMaxIndex = 1e9;
 
 }  // namespace
 
+std::shared_ptr<ShapeGrid::Cells> ShapeGrid::NoCells() {
+  // Shared by all grids without cells, so that no grid may change it.
+  static const auto* const kNone = new std::shared_ptr<Cells>(std::make_shared<Cells>());
+  return *kNone;
+}
+
 void ShapeGrid::Reserve(const CellBox& box) {
   const CellBox grown = box_.Union(box);
   if (grown == box_) return;
   ShapeGrid larger(resolution_m_);
   larger.box_ = grown;
-  larger.hit_.resize(static_cast<size_t>(grown.num_cells()), 0.0f);
-  larger.miss_.resize(static_cast<size_t>(grown.num_cells()), 0.0f);
+  Cells& cells = larger.Own();
+  cells.hit.resize(static_cast<size_t>(grown.num_cells()), 0.0f);
+  cells.miss.resize(static_cast<size_t>(grown.num_cells()), 0.0f);
   for (int32_t row = box_.row_begin; row < box_.row_end; ++row) {
     const size_t from = At({row, box_.col_begin});
     const size_t to = larger.At({row, box_.col_begin});
     const auto n = static_cast<size_t>(box_.cols());
-    std::copy_n(hit_.begin() + from, n, larger.hit_.begin() + to);
-    std::copy_n(miss_.begin() + from, n, larger.miss_.begin() + to);
+    std::copy_n(hits().begin() + from, n, cells.hit.begin() + to);
+    std::copy_n(misses().begin() + from, n, cells.miss.begin() + to);
   }
   *this = std::move(larger);
 }
@@ -44,14 +51,19 @@ size_t ShapeGrid::Grown(const CellIndex& cell) {
   return At(cell);
 }
 
+void ShapeGrid::AddHits(int32_t row, int32_t col_begin, int32_t col_end, float weight) {
+  float* const hit = Own().hit.data() + At({row, col_begin});
+  for (int32_t i = 0; i < col_end - col_begin; ++i) hit[i] += weight;
+}
+
 void ShapeGrid::AddMiss(const CellIndex& cell, float weight) {
-  if (box_.Contains(cell)) miss_[At(cell)] += weight;
+  if (box_.Contains(cell)) Own().miss[At(cell)] += weight;
 }
 
 double ShapeGrid::Occupancy(const CellIndex& cell, double doubt) const {
   if (!box_.Contains(cell)) return 0.0;
   const size_t i = At(cell);
-  return hit_[i] / (hit_[i] + miss_[i] + doubt);
+  return hits()[i] / (hits()[i] + misses()[i] + doubt);
 }
 
 void ShapeGrid::Absorb(const ShapeGrid& other) {
@@ -65,10 +77,11 @@ void ShapeGrid::Absorb(const ShapeGrid& other) {
     return;
   }
   Reserve(other.box_);
+  Cells& cells = Own();
   for (int32_t row = other.box_.row_begin; row < other.box_.row_end; ++row) {
     for (int32_t col = other.box_.col_begin; col < other.box_.col_end; ++col) {
-      hit_[At({row, col})] += other.hit_[other.At({row, col})];
-      miss_[At({row, col})] += other.miss_[other.At({row, col})];
+      cells.hit[At({row, col})] += other.hits()[other.At({row, col})];
+      cells.miss[At({row, col})] += other.misses()[other.At({row, col})];
     }
   }
 }
@@ -81,62 +94,84 @@ ShapeGrid ShapeGrid::Resampled(double resolution_m) const {
   const auto end = [&](int32_t i) { return static_cast<int32_t>(std::ceil(i * ratio)); };
   resampled.Reserve(
       {begin(box_.row_begin), end(box_.row_end), begin(box_.col_begin), end(box_.col_end)});
+  Cells& cells = resampled.Own();
   for (int32_t row = resampled.box_.row_begin; row < resampled.box_.row_end; ++row) {
     for (int32_t col = resampled.box_.col_begin; col < resampled.box_.col_end; ++col) {
       const CellIndex source{static_cast<int32_t>(std::floor((row + 0.5) / ratio)),
                              static_cast<int32_t>(std::floor((col + 0.5) / ratio))};
       if (!box_.Contains(source)) continue;
       // Evidence is weighted per view and not per area, so that cells keep their values.
-      resampled.hit_[resampled.At({row, col})] = hit_[At(source)];
-      resampled.miss_[resampled.At({row, col})] = miss_[At(source)];
+      cells.hit[resampled.At({row, col})] = hits()[At(source)];
+      cells.miss[resampled.At({row, col})] = misses()[At(source)];
     }
   }
   return resampled;
 }
 
-Polygon ShapeGrid::Hull(double threshold, double doubt) const {
-  std::vector<uint8_t> state(hit_.size(), 0);  // 1: above the threshold; 2: visited.
-  for (size_t i = 0; i < hit_.size(); ++i) {
-    state[i] = hit_[i] > threshold * (hit_[i] + miss_[i] + doubt);
-  }
+std::vector<CellSpan> ShapeGrid::LargestPart(double threshold, double doubt) const {
+  const std::vector<float>& hit = hits();
+  const std::vector<float>& miss = misses();
   const auto cols = static_cast<size_t>(box_.cols());
-  std::vector<size_t> largest;
-  std::vector<size_t> part;
-  for (size_t start = 0; start < state.size(); ++start) {
-    if (state[start] != 1) continue;
-    part.assign(1, start);
-    state[start] = 2;
-    for (size_t next = 0; next < part.size(); ++next) {
-      const auto row = static_cast<int64_t>(part[next] / cols);
-      const auto col = static_cast<int64_t>(part[next] % cols);
-      for (int64_t r = std::max<int64_t>(0, row - 1); r <= std::min(box_.rows() - 1, row + 1);
-           ++r) {
-        for (int64_t c = std::max<int64_t>(0, col - 1); c <= std::min(box_.cols() - 1, col + 1);
-             ++c) {
-          const auto i = static_cast<size_t>(r) * cols + static_cast<size_t>(c);
-          if (state[i] != 1) continue;
-          state[i] = 2;
-          part.push_back(i);
-        }
+  // Rows of cells, each with the number of an earlier one that it is connected with, or its own
+  // (disjoint sets; the first of a set stands for it).
+  std::vector<CellSpan> spans;
+  std::vector<size_t> parents;
+  const auto first_of = [&](size_t span) {
+    while (parents[span] != span) span = parents[span] = parents[parents[span]];
+    return span;
+  };
+  size_t above = 0;  // the first of the row before
+  for (size_t row = 0; row * cols < hit.size(); ++row) {
+    const size_t begin = spans.size();
+    size_t connected = above;
+    for (size_t col = 0; col < cols; ++col) {
+      const size_t i = row * cols + col;
+      if (!(hit[i] > threshold * (hit[i] + miss[i] + doubt))) continue;
+      const auto at = static_cast<int32_t>(col);
+      if (spans.size() > begin && spans.back().col_end == at) {
+        ++spans.back().col_end;
+      } else {
+        parents.push_back(spans.size());
+        spans.push_back({static_cast<int32_t>(row), at, at + 1});
       }
     }
-    if (part.size() > largest.size()) std::swap(largest, part);
+    for (size_t span = begin; span < spans.size(); ++span) {
+      // A span above may touch several of this row.
+      while (connected < begin && (spans[connected].row + 1 < spans[span].row ||
+                                   spans[connected].col_end < spans[span].col_begin)) {
+        ++connected;
+      }
+      for (size_t other = connected; other < begin && spans[other].col_begin <= spans[span].col_end;
+           ++other) {
+        const size_t a = first_of(other);
+        const size_t b = first_of(span);
+        parents[std::max(a, b)] = std::min(a, b);
+      }
+    }
+    above = begin;
   }
+  std::vector<int64_t> sizes(spans.size(), 0);
+  for (size_t span = 0; span < spans.size(); ++span) {
+    sizes[first_of(span)] += spans[span].col_end - spans[span].col_begin;
+  }
+  const auto largest =
+      static_cast<size_t>(std::max_element(sizes.begin(), sizes.end()) - sizes.begin());
+  std::vector<CellSpan> part;
+  for (size_t span = 0; span < spans.size(); ++span) {
+    if (first_of(span) == largest) part.push_back(spans[span]);
+  }
+  return part;
+}
+
+Polygon ShapeGrid::Hull(double threshold, double doubt) const {
+  const std::vector<CellSpan> largest = LargestPart(threshold, doubt);
   // Only the first and last cell of each row can be corners of the hull.
-  struct Ends {
-    size_t first = SIZE_MAX;
-    size_t last = 0;
-  };
-  std::vector<Ends> rows(static_cast<size_t>(box_.rows()));
-  for (const size_t i : largest) {
-    Ends& ends = rows[i / cols];
-    ends.first = std::min(ends.first, i % cols);
-    ends.last = std::max(ends.last, i % cols + 1);
-  }
   std::vector<Point> corners;
-  for (size_t row = 0; row < rows.size(); ++row) {
-    if (rows[row].first == SIZE_MAX) continue;
-    for (const size_t col : {rows[row].first, rows[row].last}) {
+  for (size_t i = 0; i < largest.size();) {
+    const int32_t row = largest[i].row;
+    const int32_t first = largest[i].col_begin;
+    while (i + 1 < largest.size() && largest[i + 1].row == row) ++i;
+    for (const int32_t col : {first, largest[i++].col_end}) {
       const double x = (box_.col_begin + static_cast<double>(col)) * resolution_m_;
       const double y = (box_.row_begin + static_cast<double>(row)) * resolution_m_;
       corners.push_back({x, y});
@@ -150,8 +185,7 @@ ShapeGrid ShapeGrid::FromRaw(double resolution_m, const CellBox& box, std::vecto
                              std::vector<float> misses) {
   ShapeGrid grid(resolution_m);
   grid.box_ = box;
-  grid.hit_ = std::move(hits);
-  grid.miss_ = std::move(misses);
+  grid.cells_ = std::make_shared<Cells>(Cells{std::move(hits), std::move(misses)});
   return grid;
 }
 

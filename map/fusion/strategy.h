@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <variant>
 #include <vector>
@@ -73,6 +74,16 @@ class State {
 };
 using StatePtr = std::shared_ptr<const State>;
 
+// What a fold of an observation computed, by which folding it onto another state can be cheaper.
+// Immutable.
+class FoldStep {
+ public:
+  virtual ~FoldStep() = default;
+  // Bytes of memory besides what the states before it have: an estimate.
+  virtual int64_t bytes() const = 0;
+};
+using FoldStepPtr = std::shared_ptr<const FoldStep>;
+
 // Folds facts one after another into one new state. Made by Strategy::FoldFacts.
 class FactFold {
  public:
@@ -100,6 +111,16 @@ class Strategy {
   virtual StatePtr Fold(const StatePtr& state, const Observation& observation,
                         FoldReport* report) const = 0;
 
+  // Returns what Fold returns. `*step` is null, or what a fold of the same observation by this
+  // strategy gave. It is repeated if the state has near the observation what that fold found there,
+  // which costs a small part of a fold; otherwise it is replaced by a new one, or by null if the
+  // strategy knows none.
+  virtual StatePtr FoldAgain(const StatePtr& state, const Observation& observation,
+                             FoldStepPtr* step) const {
+    *step = nullptr;
+    return Fold(state, observation, nullptr);
+  }
+
   // Begins to fold facts that follow the entries of `state`. Costs a step for each track. The
   // result is that of folding the facts one by one. This must outlive the fold.
   virtual std::unique_ptr<FactFold> FoldFacts(const StatePtr& state) const = 0;
@@ -112,6 +133,13 @@ class Strategy {
 
   // Returns the objects that the layer shows, sorted by track.
   virtual std::vector<FusedObject> Objects(const StatePtr& state) const = 0;
+  // Returns the tracks whose objects may differ in the two states, sorted by track, each with its
+  // object in `after`, which is null if it is not shown; or nullopt if only Objects can tell. Costs
+  // less than Objects if the states differ little.
+  virtual std::optional<std::vector<FusedObject>> ChangedObjects(const StatePtr& /*before*/,
+                                                                 const StatePtr& /*after*/) const {
+    return std::nullopt;
+  }
 
   // Bytes of memory of a state: an estimate. Without what it shares with `older`, unless that is
   // null. Linear in the tracks of both.

@@ -26,6 +26,12 @@ Polygon Moved(const Polygon& polygon, double dx, double dy) {
   return PlanarTransform(dx, dy, 0.0) * polygon;
 }
 
+std::shared_ptr<Track> CopyToChange(const Track& track) {
+  auto copy = std::make_shared<Track>(track);
+  copy->but_for_odds = nullptr;
+  return copy;
+}
+
 std::string Track::label() const {
   const auto best =
       std::max_element(class_mass.begin(), class_mass.end(),
@@ -98,8 +104,12 @@ void Track::RefreshObject(const EvidenceParameters& parameters) {
   object = std::move(shown);
 }
 
+double AbsorbedLogOdds(double log_odds, double other, const EvidenceParameters& parameters) {
+  return std::min(parameters.max_log_odds, std::max(log_odds, other));
+}
+
 void Track::Absorb(const Track& other, const EvidenceParameters& parameters) {
-  log_odds = std::min(parameters.max_log_odds, std::max(log_odds, other.log_odds));
+  log_odds = AbsorbedLogOdds(log_odds, other.log_odds, parameters);
   hits += other.hits;
   last_hit = std::max(last_hit, other.last_hit);
   for (const auto& [name, mass] : other.class_mass) class_mass[name] += mass;
@@ -127,7 +137,7 @@ int64_t ByteSize(const Track& track) {
   // Size of a node of a map with a short string.
   constexpr size_t kBytesOfEntry = 112;
   size_t bytes = sizeof(track) + track.key.size();
-  bytes += (track.shape.hits().capacity() + track.shape.misses().capacity()) * sizeof(float);
+  bytes += static_cast<size_t>(track.shape.bytes());
   for (const auto& [label, mass] : track.class_mass) bytes += kBytesOfEntry + label.size();
   for (const auto& [key, frames] : track.apart) bytes += kBytesOfEntry + key.size();
   const int vertices = track.hull.num_vertices() + track.outline.num_vertices();

@@ -59,6 +59,10 @@ struct Track {
   // An operator said that it is not there.
   bool removed = false;
 
+  // Of a track that a fold has changed in its log_odds only, compared with what an earlier fold
+  // made of the same evidence: the result of that one (EvidenceStep). Not part of the value.
+  std::shared_ptr<const Track> but_for_odds;
+
   // Derived from the members above by Refresh.
   Polygon hull;     // The shape's, in the frame of alignment; may be empty.
   Polygon outline;  // The last hull that was not empty, or the operator's footprint.
@@ -83,6 +87,18 @@ struct Track {
 };
 
 using TrackPtr = std::shared_ptr<const Track>;
+
+// A copy that is going to be changed.
+std::shared_ptr<Track> CopyToChange(const Track& track);
+
+// Of two tracks that are given by pointers and of which this is the same, all members are equal but
+// for log_odds and what follows from it. Kept alive by the track.
+inline const Track* EqualButForOdds(const TrackPtr& track) {
+  return track->but_for_odds ? track->but_for_odds.get() : track.get();
+}
+
+// The log-odds of a track after it has absorbed one with `other`.
+double AbsorbedLogOdds(double log_odds, double other, const EvidenceParameters& parameters);
 
 // Bytes of memory that a track takes: an estimate.
 int64_t ByteSize(const Track& track);

@@ -1,6 +1,7 @@
 #include "server/fusion/fused_layer.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -61,6 +62,10 @@ std::vector<storage::LogKey> DispensableOf(std::vector<storage::FusionLog::Check
   return dropped;
 }
 
+std::shared_ptr<RememberedSteps> NewSteps(const FusionOptions& options) {
+  return std::make_shared<RememberedSteps>(options.max_checkpoint_bytes / 2);
+}
+
 void Earlier(const storage::LogKey& key, std::optional<storage::LogKey>* first) {
   if (!*first || key < **first) *first = key;
 }
@@ -78,7 +83,8 @@ FusedLayer::FusedLayer(std::string layer, storage::FusionSettings settings,
       options_(options),
       work_(work),
       shown_(layer_),
-      fold_(strategy_, options, options->max_checkpoint_bytes, work_) {}
+      steps_(NewSteps(*options)),
+      fold_(strategy_, options, options->max_checkpoint_bytes, steps_, work_) {}
 
 std::unique_ptr<FusedLayer> FusedLayer::Copy() const {
   std::unique_ptr<FusedLayer> copy(new FusedLayer(*this));
@@ -259,7 +265,10 @@ int64_t FusedLayer::EntriesAfter(const storage::LogKey& key) const {
   const FoldPoint& tip = fold_.tip();
   if (tip.key < key) return 0;
   const std::optional<FoldPoint> before = fold_.checkpoints().Before(key);
-  return before ? tip.position - before->position : kAllEntries;
+  if (!before) return kAllEntries;
+  const int64_t entries = tip.position - before->position;
+  const int64_t known = std::min(entries, static_cast<int64_t>(steps_->NumAfter(before->key)));
+  return entries - known + static_cast<int64_t>(std::ceil(steps_->FoldsFor(known)));
 }
 
 absl::StatusOr<bool> FusedLayer::BeginLate(Lane lane,
@@ -281,7 +290,7 @@ absl::StatusOr<bool> FusedLayer::BeginLate(Lane lane,
   }
   if (late.empty()) return false;
   HYPERMAP_ASSIGN_OR_RETURN(FoldPoint before, CheckpointBefore(late.begin()->first));
-  LogFold start(strategy_, options_, options_->max_checkpoint_bytes / kNumLanes, work_);
+  LogFold start(strategy_, options_, options_->max_checkpoint_bytes / kNumLanes, steps_, work_);
   start.RestartAt(std::move(before));
   work.emplace(std::move(start), std::move(late));
   return true;
@@ -379,7 +388,9 @@ absl::Status FusedLayer::Rebuild(const storage::FusionSettings& settings) {
                             options_->make_strategy(settings.strategy, settings.parameters));
   ChangedAt(storage::BeforeAll());
   strategy_ = std::move(strategy);
-  fold_ = LogFold(strategy_, options_, options_->max_checkpoint_bytes, work_);
+  steps_ = NewSteps(*options_);
+  shown_state_ = nullptr;
+  fold_ = LogFold(strategy_, options_, options_->max_checkpoint_bytes, steps_, work_);
   for (std::optional<LateFold>& late : late_) late.reset();
   // All stored checkpoints are invalid: makes Written store a new one.
   new_entries_ += options_->entries_per_stored_checkpoint;
@@ -464,10 +475,23 @@ bool FusedLayer::TakeLate() {
 }
 
 void FusedLayer::CountBytes() {
-  bytes_ = fold_.Bytes() + log_.corrections().bytes();
+  bytes_ = fold_.Bytes() + steps_->bytes() + log_.corrections().bytes();
   for (const std::optional<LateFold>& late : late_) {
     if (late) bytes_ += late->fold().Bytes();
   }
+}
+
+void FusedLayer::ShowTip(const Snapshot& snapshot, std::vector<Edit>* edits) {
+  const fusion::StatePtr& tip = fold_.tip().state;
+  std::optional<std::vector<fusion::FusedObject>> changed;
+  if (shown_state_ && !shown_.was_told()) changed = strategy_->ChangedObjects(shown_state_, tip);
+  if (changed) {
+    shown_.ShowChanges(*changed, snapshot, edits);
+  } else {
+    shown_.Show(ObjectsOfTip(), snapshot, edits);
+  }
+  shown_state_ = tip;
+  tip_is_shown_ = true;
 }
 
 absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
@@ -484,8 +508,7 @@ absl::StatusOr<std::vector<Edit>> FusedLayer::Fold(const Snapshot& snapshot) {
   }
   if (!tip_is_shown_) {
     CountBytes();
-    shown_.Show(ObjectsOfTip(), snapshot, &edits);
-    tip_is_shown_ = true;
+    ShowTip(snapshot, &edits);
   }
   HYPERMAP_RETURN_IF_ERROR(MarkExplored(snapshot, &edits));
   explored_.clear();

@@ -30,6 +30,7 @@
 #include "server/fusion/fusion_options.h"
 #include "server/fusion/late_fold.h"
 #include "server/fusion/log_fold.h"
+#include "server/fusion/remembered_steps.h"
 #include "server/fusion/shown_tracks.h"
 #include "storage/fusion_log.h"
 
@@ -86,8 +87,8 @@ class FusedLayer {
                                            RobotClocks* clocks);
 
   // The number of entries that Fold would fold because of the observation, which is not in the log:
-  // an estimate. 0 if the log has an observation with its name; kAllEntries if there is no
-  // checkpoint before it in memory.
+  // an estimate. Entries whose folds can be repeated count as much less than one. 0 if the log has
+  // an observation with its name; kAllEntries if there is no checkpoint before it in memory.
   static constexpr int64_t kAllEntries = std::numeric_limits<int64_t>::max();
   absl::StatusOr<int64_t> EntriesToFold(const Observation& observation) const;
 
@@ -200,13 +201,15 @@ class FusedLayer {
   absl::StatusOr<Judged> Judge(const Observation& observation, absl::Time now,
                                const Snapshot& snapshot, const Limits& limits,
                                const Expected* expected, RobotClocks* clocks);
-  // Entries after the newest checkpoint before the key; kAllEntries if there is none.
+  // Entries to fold after the newest checkpoint before the key, as EntriesToFold counts them.
   int64_t EntriesAfter(const storage::LogKey& key) const;
   // Folds all entries after the tip.
   absl::Status FoldOn();
   // The newest valid checkpoint before `key`, in memory or stored, or else the beginning of the
   // log.
   absl::StatusOr<FoldPoint> CheckpointBefore(const storage::LogKey& key);
+  // Adds the edits that make the layer show the tip.
+  void ShowTip(const Snapshot& snapshot, std::vector<Edit>* edits);
   // Goes on from the work of a lane whose observations have arrived. Returns false if there is none
   // that goes further than the checkpoints.
   bool TakeLate();
@@ -229,7 +232,9 @@ class FusedLayer {
   FoldWork* const work_;
 
   ShownTracks shown_;
-  LogFold fold_;  // its tip is the state that the layer shows
+  fusion::StatePtr shown_state_;            // what the last ShowTip showed; null if there was none
+  std::shared_ptr<RememberedSteps> steps_;  // shared with copies
+  LogFold fold_;                            // its tip is the state that the layer shows
   std::array<std::optional<LateFold>, kNumLanes> late_;  // the work of each lane
   int64_t bytes_ = 0;
   int64_t new_entries_ = 0;  // entries that no stored checkpoint contains

@@ -20,9 +20,11 @@ absl::StatusOr<FoldPoint> BeginningOfLog(const std::optional<storage::FusionBase
 }
 
 LogFold::LogFold(std::shared_ptr<const fusion::Strategy> strategy, const FusionOptions* options,
-                 int64_t max_checkpoint_bytes, FoldWork* work)
+                 int64_t max_checkpoint_bytes, std::shared_ptr<RememberedSteps> steps,
+                 FoldWork* work)
     : strategy_(std::move(strategy)),
       options_(options),
+      steps_(std::move(steps)),
       work_(work),
       tip_{storage::BeforeAll(), strategy_->Initial()},
       checkpoints_(strategy_, options->max_lateness, max_checkpoint_bytes) {}
@@ -62,9 +64,20 @@ void EntryFolder::Fold(const Evidence& evidence) {
     return;
   }
   Finish();
-  if (evidence.observation) ++fold_->work().folded;
-  fold_->Advance(evidence.key,
-                 server::Fold(fold_->strategy(), fold_->tip().state, evidence, nullptr), 1);
+  fold_->Advance(evidence.key, evidence.observation ? Folded(evidence) : fold_->tip().state, 1);
+}
+
+fusion::StatePtr EntryFolder::Folded(const Evidence& evidence) {
+  RememberedSteps& steps = fold_->steps();
+  const fusion::FoldStepPtr known = steps.Find(evidence.key, *evidence.observation);
+  fusion::FoldStepPtr step = known;
+  fusion::StatePtr state =
+      fold_->strategy().FoldAgain(fold_->tip().state, *evidence.observation, &step);
+  const bool repeated = known && step == known;
+  ++(repeated ? fold_->work().repeated : fold_->work().folded);
+  if (known) steps.Count(repeated);
+  if (!repeated) steps.Set(evidence.key, evidence.observation, std::move(step));
+  return state;
 }
 
 void EntryFolder::Finish() {

@@ -12,6 +12,7 @@
 #include "server/fusion/evidence.h"
 #include "server/fusion/fold_work.h"
 #include "server/fusion/fusion_options.h"
+#include "server/fusion/remembered_steps.h"
 #include "storage/fusion_log.h"
 
 namespace hypermap::server {
@@ -24,16 +25,17 @@ absl::StatusOr<FoldPoint> BeginningOfLog(const std::optional<storage::FusionBase
 // A value: copies share their states. Not thread safe.
 class LogFold {
  public:
-  // The fold of no entry. Counts what it folds in `work`. `options` and `work` must outlive this
-  // and its copies.
+  // The fold of no entry. `steps` are those of the strategy, also of other folds. Counts what it
+  // folds in `work`. `options` and `work` must outlive this and its copies.
   LogFold(std::shared_ptr<const fusion::Strategy> strategy, const FusionOptions* options,
-          int64_t max_checkpoint_bytes, FoldWork* work);
+          int64_t max_checkpoint_bytes, std::shared_ptr<RememberedSteps> steps, FoldWork* work);
 
   // The state after the last entry that was folded.
   const FoldPoint& tip() const { return tip_; }
   const Checkpoints& checkpoints() const { return checkpoints_; }
   const fusion::Strategy& strategy() const { return *strategy_; }
   FoldWork& work() { return *work_; }
+  RememberedSteps& steps() { return *steps_; }
 
   // Goes on from another point. REQUIRES: no checkpoint is after it.
   void RestartAt(FoldPoint point);
@@ -55,6 +57,7 @@ class LogFold {
  private:
   std::shared_ptr<const fusion::Strategy> strategy_;
   const FusionOptions* options_;
+  std::shared_ptr<RememberedSteps> steps_;
   FoldWork* work_;
   FoldPoint tip_;
   Checkpoints checkpoints_;
@@ -73,6 +76,9 @@ class EntryFolder {
   void Finish();
 
  private:
+  // The state after an observation.
+  fusion::StatePtr Folded(const Evidence& evidence);
+
   LogFold* const fold_;
   std::unique_ptr<fusion::FactFold> facts_;  // since the last observation
   storage::LogKey last_fact_;

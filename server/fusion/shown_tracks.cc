@@ -100,6 +100,7 @@ void ShownTracks::SetId(const fusion::TrackKey& track, ObjectId id) {
 }
 
 void ShownTracks::Tell(const std::shared_ptr<const fusion::OperatorFact>& fact, ObjectId id) {
+  was_told_ = true;
   const fusion::TrackKey& track = fact->track;
   const auto known = ids_.find(track);
   if (known == ids_.end() || known->second != id) SetId(track, id);
@@ -154,6 +155,7 @@ void ShownTracks::Put(const fusion::FusedObject& fused, Shown* shown, std::vecto
 void ShownTracks::Show(const std::vector<fusion::FusedObject>& fused, const Snapshot& snapshot,
                        std::vector<Edit>* edits) {
   new_objects_.clear();
+  was_told_ = false;
   AdoptPinned(fused);
   // A merge of two lists that are sorted by track. New tracks are shown at the end, because only
   // then all objects are known that they can inherit an id from.
@@ -176,6 +178,31 @@ void ShownTracks::Show(const std::vector<fusion::FusedObject>& fused, const Snap
     ++shown;
   }
   drop_until(nullptr);
+  ShowNew(come, std::move(gone), snapshot, edits);
+}
+
+void ShownTracks::ShowChanges(const std::vector<fusion::FusedObject>& changed,
+                              const Snapshot& snapshot, std::vector<Edit>* edits) {
+  new_objects_.clear();
+  std::vector<Shown> gone;
+  std::vector<const fusion::FusedObject*> come;
+  for (const fusion::FusedObject& object : changed) {
+    const auto shown = shown_.find(object.track);
+    if (shown == shown_.end()) {
+      if (object.object && Validate(*object.object).ok()) come.push_back(&object);
+    } else if (object.object) {
+      Update(object, &shown->second, edits);
+    } else {
+      gone.push_back(std::move(shown->second));
+      shown_.erase(shown);
+    }
+  }
+  ShowNew(come, std::move(gone), snapshot, edits);
+}
+
+void ShownTracks::ShowNew(const std::vector<const fusion::FusedObject*>& come,
+                          std::vector<Shown> gone, const Snapshot& snapshot,
+                          std::vector<Edit>* edits) {
   ThingIndex gone_things;
   for (size_t i = 0; i < gone.size(); ++i) {
     if (gone[i].id != 0) gone_things.Add(gone[i].object, i);
@@ -211,13 +238,21 @@ void ShownTracks::Remove(const std::vector<Shown>& gone, const Snapshot& snapsho
   if (gone.empty()) return;
   // Another track may show the object by now, and an operator may have deleted it.
   std::set<ObjectId> kept = {0};
-  for (const auto& [track, shown] : shown_) kept.insert(shown.id);
   const SemanticLayer* layer = snapshot.FindSemantic(layer_);
   for (const Shown& object : gone) {
-    if (kept.insert(object.id).second && layer != nullptr && layer->Find(object.id)) {
+    if (kept.insert(object.id).second && !IsShown(object.id) && layer != nullptr &&
+        layer->Find(object.id)) {
       edits->push_back(DeleteObject{layer_, object.id});
     }
   }
+}
+
+bool ShownTracks::IsShown(ObjectId id) const {
+  const std::vector<fusion::TrackKey> tracks = TracksOf(id);
+  return std::any_of(tracks.begin(), tracks.end(), [&](const fusion::TrackKey& track) {
+    const auto shown = shown_.find(track);
+    return shown != shown_.end() && shown->second.id == id;
+  });
 }
 
 void ShownTracks::Assign(absl::Span<const ObjectId> object_ids) {

@@ -49,6 +49,12 @@ class ShownTracks {
   // Show and the facts since made of it.
   void Show(const std::vector<fusion::FusedObject>& fused, const Snapshot& snapshot,
             std::vector<Edit>* edits);
+  // The same, if only the objects of these tracks may differ from those of the last Show; null for
+  // one that is not shown any more. Costs nothing for the others. REQUIRES: !was_told().
+  void ShowChanges(const std::vector<fusion::FusedObject>& changed, const Snapshot& snapshot,
+                   std::vector<Edit>* edits);
+  // Whether Tell was called since the last Show.
+  bool was_told() const { return was_told_; }
   // `object_ids` has an id for each of the edits (AppliedBatch::object_ids).
   void Assign(absl::Span<const ObjectId> object_ids);
 
@@ -67,6 +73,11 @@ class ShownTracks {
   void SetId(const fusion::TrackKey& track, ObjectId id);
   // Assigns each object that an operator put to the track that the strategy made of it.
   void AdoptPinned(const std::vector<fusion::FusedObject>& fused);
+  // Ends Show: shows new objects, and removes those of `gone` that no other track shows.
+  void ShowNew(const std::vector<const fusion::FusedObject*>& come, std::vector<Shown> gone,
+               const Snapshot& snapshot, std::vector<Edit>* edits);
+  // Returns whether a track shows the object.
+  bool IsShown(ObjectId id) const;
   // Adds an edit if `shown` differs from the fused object.
   void Update(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
   void Put(const fusion::FusedObject& fused, Shown* shown, std::vector<Edit>* edits);
@@ -85,6 +96,7 @@ class ShownTracks {
   std::set<std::pair<ObjectId, fusion::TrackKey>> tracks_by_id_;
   // The objects that an operator put since the last Show.
   std::map<fusion::TrackKey, ObjectPtr> pinned_;
+  bool was_told_ = false;
   // Result of the last Show: the track of each edit that puts a new object, by the edit's index.
   std::map<size_t, fusion::TrackKey> new_objects_;
   std::set<fusion::TrackKey> changed_;  // since the last TakeChanges

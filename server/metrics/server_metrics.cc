@@ -97,6 +97,9 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
                "Times that an observation was folded since the map was opened; a late one makes "
                "others be folded again.",
                MetricType::Counter);
+  Family repeats("hypermap_map_repeated_folds_total",
+                 "Times that the fold of an observation was repeated without computing it.",
+                 MetricType::Counter);
   Family fold_cpu("hypermap_map_fold_cpu_seconds_total",
                   "CPU time of folding observations since the map was opened.",
                   MetricType::Counter);
@@ -131,8 +134,9 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
                         static_cast<double>(reading.commits));
     lags.AddHistogram(labels, SessionMeters::kLagBounds, reading.lags,
                       static_cast<double>(reading.total_lag));
-    folds.Add(labels, static_cast<double>(reading.folded));
-    fold_cpu.Add(labels, absl::ToDoubleSeconds(reading.fold_cpu));
+    folds.Add(labels, static_cast<double>(reading.fold_work.folded));
+    repeats.Add(labels, static_cast<double>(reading.fold_work.repeated));
+    fold_cpu.Add(labels, absl::ToDoubleSeconds(reading.fold_work.cpu));
     for (size_t i = 0; i < reading.observations.size(); ++i) {
       const absl::string_view outcome = ObservationOutcomeName(static_cast<ObservationOutcome>(i));
       observations.Add({{"map", entry.name}, {"outcome", std::string(outcome)}},
@@ -141,7 +145,7 @@ void AddMaps(const Site& site, std::vector<MetricFamily>& out) {
   }
   for (Family* family :
        {&works, &states, &revision, &content, &layers, &feed, &waiting, &waiting_bytes, &commits,
-        &changes, &failures, &groups, &lags, &observations, &folds, &fold_cpu, &robots}) {
+        &changes, &failures, &groups, &lags, &observations, &folds, &repeats, &fold_cpu, &robots}) {
     out.push_back(std::move(*family));
   }
 }

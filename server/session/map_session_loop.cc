@@ -240,7 +240,7 @@ void MapSession::Finish(GroupCommit& group) {
     CheckFiles();
   }
   if (group.stored()) NoteWrite(*group.stored());
-  meters_.SetFoldWork(fusion_->work().folded, fusion_->work().cpu);
+  meters_.SetFoldWork(fusion_->work());
   group.CountContent();
   evidence_.Add(fusion_->bytes() - evidence_.bytes());
   // Before the answers, so that a caller that has its answer finds the revision published.

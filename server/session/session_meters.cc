@@ -18,9 +18,10 @@ void SessionMeters::AddWatchLag(int64_t revisions) {
   total_lag_.fetch_add(revisions, std::memory_order_relaxed);
 }
 
-void SessionMeters::SetFoldWork(int64_t folded, absl::Duration cpu) {
-  folded_.store(folded, std::memory_order_relaxed);
-  fold_cpu_ns_.store(absl::ToInt64Nanoseconds(cpu), std::memory_order_relaxed);
+void SessionMeters::SetFoldWork(const FoldWork& work) {
+  folded_.store(work.folded, std::memory_order_relaxed);
+  repeated_.store(work.repeated, std::memory_order_relaxed);
+  fold_cpu_ns_.store(absl::ToInt64Nanoseconds(work.cpu), std::memory_order_relaxed);
 }
 
 SessionMeters::Reading SessionMeters::Read() const {
@@ -38,8 +39,9 @@ SessionMeters::Reading SessionMeters::Read() const {
     reading.lags[i] = lags_[i].load(std::memory_order_relaxed);
   }
   reading.total_lag = total_lag_.load(std::memory_order_relaxed);
-  reading.folded = folded_.load(std::memory_order_relaxed);
-  reading.fold_cpu = absl::Nanoseconds(fold_cpu_ns_.load(std::memory_order_relaxed));
+  reading.fold_work.folded = folded_.load(std::memory_order_relaxed);
+  reading.fold_work.repeated = repeated_.load(std::memory_order_relaxed);
+  reading.fold_work.cpu = absl::Nanoseconds(fold_cpu_ns_.load(std::memory_order_relaxed));
   return reading;
 }
 

@@ -7,8 +7,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "absl/time/time.h"
 #include "map/observations/observe_answers.h"
+#include "server/fusion/fold_work.h"
 
 namespace hypermap::server {
 
@@ -28,7 +28,7 @@ class SessionMeters {
   }
 
   // Sets what the folding of observations has cost so far.
-  void SetFoldWork(int64_t folded, absl::Duration cpu);
+  void SetFoldWork(const FoldWork& work);
 
   // Counts that a watch which is this many revisions behind the newest takes the next ones.
   void AddWatchLag(int64_t revisions);
@@ -41,8 +41,7 @@ class SessionMeters {
     std::array<int64_t, kOutcomes> observations = {};      // by ObservationOutcome
     std::array<int64_t, kLagBounds.size() + 1> lags = {};  // in each class
     int64_t total_lag = 0;                                 // sum of the lags
-    int64_t folded = 0;                                    // FoldWork::folded
-    absl::Duration fold_cpu;                               // FoldWork::cpu
+    FoldWork fold_work;
   };
   Reading Read() const;
 
@@ -55,6 +54,7 @@ class SessionMeters {
   std::array<std::atomic<int64_t>, kLagBounds.size() + 1> lags_ = {};
   std::atomic<int64_t> total_lag_ = 0;
   std::atomic<int64_t> folded_ = 0;
+  std::atomic<int64_t> repeated_ = 0;
   std::atomic<int64_t> fold_cpu_ns_ = 0;
 };
 

@@ -321,9 +321,9 @@ absl::StatusOr<nlohmann::json> Measure(const Options& options, client::Client& c
   const std::vector<Observation> filling = FillingObservations(options, first_filling);
   HYPERMAP_RETURN_IF_ERROR(SendAll(client, filling));
 
-  const std::vector<std::string> kWork = {"hypermap_map_folded_observations_total",
-                                          "hypermap_map_fold_cpu_seconds_total",
-                                          "hypermap_map_commits_total"};
+  const std::vector<std::string> kWork = {
+      "hypermap_map_folded_observations_total", "hypermap_map_fold_cpu_seconds_total",
+      "hypermap_map_commits_total", "hypermap_map_repeated_folds_total"};
   const std::vector<double> before = meters.ReadAll(kWork);
   const absl::Duration cpu_before = server.CpuTime();
   const absl::Duration begin = absl::Now() + absl::Seconds(1) - absl::UnixEpoch();
@@ -377,6 +377,7 @@ absl::StatusOr<nlohmann::json> Measure(const Options& options, client::Client& c
       {"sent", sent},
       {"accepted", accepted},
       {"folds_per_observation", (after[0] - before[0]) / accepted},
+      {"repeats_per_observation", (after[3] - before[3]) / accepted},
       {"fold_cpu_ms", fold_ms},
       {"in_order_fold_cpu_ms", in_order.fold_ms},
       {"ratio", fold_ms / in_order.fold_ms},
