@@ -58,6 +58,18 @@ TEST(MapFusionTest, ObservationIsOneRevisionWithItsObjectsAndItsExploredArea) {
   EXPECT_THAT(ExploredCells(*site.snapshot()), SizeIs(16));
 }
 
+TEST(MapFusionTest, FoldsAreCounted) {
+  FusedSite site;
+  site.Start();
+  site.Observe(Sighting("a", 0, 0, {"cup"}));
+  site.Observe(Sighting("a", 2, 2, {"cup"}));
+  EXPECT_EQ(site.session().meters().Read().fold_work.folded, 2);
+  // A late one makes the fold begin again.
+  site.Observe(Sighting("a", 1, 1, {"cup"}));
+  EXPECT_EQ(site.session().meters().Read().fold_work.folded, 5);
+  EXPECT_GT(site.session().meters().Read().fold_work.cpu, absl::ZeroDuration());
+}
+
 // Folds observations together, one of each author, and returns the author of their revision.
 std::string AuthorOfAll(const std::vector<std::string>& authors) {
   FusedSite site;
