@@ -98,7 +98,7 @@ void EvidenceLog::Add(std::shared_ptr<const Observation> observation,
   }
   const storage::LogKey key{logged.key, 0};
   last_ = std::max(last_, key);
-  recent_.emplace(key, Evidence{key, std::move(observation), nullptr});
+  recent_.emplace(key, Recent{{key, std::move(observation), nullptr}});
   change_.observations.push_back(std::move(logged));
 }
 
@@ -106,7 +106,7 @@ storage::LogKey EvidenceLog::Add(std::shared_ptr<const fusion::OperatorFact> fac
   storage::LogKey key{last_.after, ++num_facts_};
   last_ = key;
   change_.facts.push_back(EncodeFact(key, *fact, *codec_));
-  recent_.emplace(key, Evidence{key, nullptr, std::move(fact)});
+  recent_.emplace(key, Recent{{key, nullptr, std::move(fact)}});
   return key;
 }
 
@@ -127,9 +127,9 @@ absl::StatusOr<std::set<ObservationKey>> EvidenceLog::KeysOf(const std::string& 
   HYPERMAP_ASSIGN_OR_RETURN(std::vector<ObservationKey> stored,
                             stored_->KeysOf(layer_, robot, from, to));
   std::set<ObservationKey> keys(stored.begin(), stored.end());
-  for (const auto& [key, evidence] : recent_) {
+  for (const auto& [key, recent] : recent_) {
     const ObservationKey& name = key.after;
-    if (evidence.observation && name.robot == robot && name.stamp >= from && name.stamp < to) {
+    if (recent.stored.observation && name.robot == robot && name.stamp >= from && name.stamp < to) {
       keys.insert(name);
     }
   }
@@ -148,9 +148,9 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Retract(const std::stri
   newest_stamps_.erase(robot);
   retracted_robots_.insert(robot);
   added_stamps_.erase(robot);
-  for (const auto& [key, evidence] : recent_) {
+  for (const auto& [key, recent] : recent_) {
     const ObservationKey& name = key.after;
-    if (!evidence.observation || name.robot != robot || retracted_.count(name) > 0) continue;
+    if (!recent.stored.observation || name.robot != robot || retracted_.count(name) > 0) continue;
     // In the order of their stamps. Entries that are stored already do no harm.
     added_stamps_[robot] = name.stamp;
   }
@@ -177,7 +177,8 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Correct(const PoseCorre
   num_facts_ = key.number;
   last_ = key;
   corrections_.Add(key, evidence.correction);
-  recent_.emplace(key, std::move(evidence));
+  for (auto& [recent_key, recent] : recent_) recent.corrected.reset();
+  recent_.emplace(key, Recent{std::move(evidence)});
   change_.facts.push_back(std::move(fact));
   return corrected;
 }
@@ -186,7 +187,7 @@ absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
     const ObservationKey& key) const {
   const storage::LogKey log_key{key, 0};
   if (const auto it = recent_.find(log_key); it != recent_.end()) {
-    return corrections_.Apply(it->second.observation);
+    return Corrected(it->second);
   }
   // The log is read after a key: this one is greater than all keys before log_key.
   storage::LogKey before = log_key;
@@ -201,11 +202,17 @@ absl::StatusOr<std::shared_ptr<const Observation>> EvidenceLog::Get(
   return corrections_.Apply(std::move(evidence.observation));
 }
 
+std::shared_ptr<const Observation> EvidenceLog::Corrected(const Recent& recent) const {
+  if (!recent.corrected) recent.corrected = corrections_.Apply(recent.stored.observation);
+  return recent.corrected;
+}
+
 absl::StatusOr<std::optional<Evidence>> EvidenceLog::Decode(const storage::LogEntry& entry) const {
   if (entry.key.number == 0 && retracted_.count(entry.key.after) > 0) return std::nullopt;
   HYPERMAP_ASSIGN_OR_RETURN(Evidence evidence, DecodeEvidence(entry, *codec_));
-  if (evidence.observation)
+  if (evidence.observation) {
     evidence.observation = corrections_.Apply(std::move(evidence.observation));
+  }
   return evidence;
 }
 
@@ -216,11 +223,9 @@ absl::Status EvidenceLog::Visit(const storage::LogKey& after,
   // Folding an entry takes milliseconds.
   const auto visit_recent = [&]() -> absl::Status {
     HYPERMAP_RETURN_IF_ERROR(CheckCancelled());
-    const bool retracted = recent->second.observation && retracted_.count(recent->first.after) > 0;
-    if (!retracted) {
-      Evidence evidence = recent->second;
-      if (evidence.observation)
-        evidence.observation = corrections_.Apply(std::move(evidence.observation));
+    Evidence evidence = recent->second.stored;
+    if (!evidence.observation || retracted_.count(recent->first.after) == 0) {
+      if (evidence.observation) evidence.observation = Corrected(recent->second);
       goes_on = visit(evidence);
     }
     ++recent;

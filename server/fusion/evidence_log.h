@@ -97,6 +97,14 @@ class EvidenceLog {
   absl::StatusOr<std::set<ObservationKey>> KeysOf(const std::string& robot, absl::Time from,
                                                   absl::Time to) const;
 
+  // An entry that is kept in memory.
+  struct Recent {
+    Evidence stored;
+    // The observation as the corrections leave it; null until it is asked for.
+    mutable std::shared_ptr<const Observation> corrected = nullptr;
+  };
+  std::shared_ptr<const Observation> Corrected(const Recent& recent) const;
+
   // Decodes an entry of the store; nullopt if it is retracted, which the store may not know yet.
   absl::StatusOr<std::optional<Evidence>> Decode(const storage::LogEntry& entry) const;
 
@@ -114,7 +122,7 @@ class EvidenceLog {
   PoseCorrections corrections_;
   // A cache: all entries after complete_after_, and all that are not stored yet. Observations are
   // as stored, without corrections.
-  std::map<storage::LogKey, Evidence> recent_;
+  std::map<storage::LogKey, Recent> recent_;
   storage::LogKey complete_after_ = storage::BeforeAll();
 
   // Changes since the last TakeChange, and names and retractions since the last Written, which the

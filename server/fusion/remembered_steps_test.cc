@@ -170,7 +170,7 @@ class OutOfOrderTest : public ::testing::Test {
                                       0.001 * Eigen::Matrix3d::Identity()});
         }
         return Both([&](FusedMap& map) {
-          map.Run(CorrectPoses{"things", "", correction}).status().IgnoreError();
+          map.Run(CorrectPoses{"things", "", {correction}}).status().IgnoreError();
         });
       }
       default:
