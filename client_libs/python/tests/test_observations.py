@@ -101,9 +101,7 @@ def test_what_was_seen_relative_to_the_view_lies_where_the_view_is(
 ) -> None:
     view = Pose(10.0, 5.0, np.pi / 2)
     with client.observe(fused, "found") as stream:
-        stream.submit(
-            dataclasses.replace(observation(i), frame_from_view=view) for i in range(40)
-        )
+        stream.submit(dataclasses.replace(observation(i), frame_from_view=view) for i in range(40))
     (chair,) = client.query_value(fused, "chair", layers="found").objects
     assert chair.polygon.centroid.distance(shapely.Point(10.0, 7.0)) < 0.05
 
