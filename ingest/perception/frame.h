@@ -55,7 +55,7 @@ struct Instance {
 // `frame_id` names the frame in which the pose is given. `frame_from_camera` transforms from the
 // optical frame (x right, y down, z forward). `pose_covariance` is of x, y (m) and yaw (rad).
 // `frame_from_view` is the pose on the plane (map/observations/view_frame.h) if that is known to
-// more digits than `frame_from_camera` has it; by default ViewPose(frame_from_camera).
+// more digits than `frame_from_camera` has it; by default RoundedViewPose(frame_from_camera).
 struct Frame {
   std::string robot;
   int64_t sequence = 0;

@@ -109,7 +109,8 @@ absl::StatusOr<Observation> Observer::Observe(const Frame& frame, FrameReport* r
   HYPERMAP_ASSIGN_OR_RETURN(const auto rays, impl_->Rays(frame.camera));
   const GroundPlane ground = GroundOf(frame.depth, *rays, ClaimedGround(frame.frame_from_camera));
   const Eigen::Isometry3d view_from_camera = ViewFromCamera(ground.up, ground.height_m);
-  observation.frame_from_view = frame.frame_from_view.value_or(ViewPose(frame.frame_from_camera));
+  observation.frame_from_view =
+      frame.frame_from_view.value_or(RoundedViewPose(frame.frame_from_camera));
   observation.pose = {view_from_camera, frame.pose_covariance};
   OrganisedCloud cloud = MakeCloud(frame.depth, view_from_camera, *rays);
   if (impl_->walls) {

@@ -114,7 +114,9 @@ std::vector<Trajectory::Pose> Trajectory::Poses() const {
 
 std::vector<CorrectedPose> Trajectory::ViewPoses(const Eigen::Matrix3d& covariance) const {
   std::vector<CorrectedPose> views;
-  for (const Pose& pose : Poses()) views.push_back({pose.stamp, ViewPose(pose.pose), covariance});
+  for (const Pose& pose : Poses()) {
+    views.push_back({pose.stamp, RoundedViewPose(pose.pose), covariance});
+  }
   if (views.empty()) return views;
   CorrectedPose before = views.front();
   CorrectedPose after = views.back();

@@ -44,7 +44,7 @@ class Trajectory {
   };
   // The poses of all good lines, ascending by stamp.
   std::vector<Pose> Poses() const;
-  // The poses of the views (map/observations/view_frame.h) at these stamps and, as At has it with
+  // The poses of the views (RoundedViewPose) at these stamps and, as At has it with
   // default limits, at max_beyond before the first and after the last. PoseAt() interpolates them.
   std::vector<CorrectedPose> ViewPoses(const Eigen::Matrix3d& covariance) const;
 

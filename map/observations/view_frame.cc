@@ -7,6 +7,8 @@ namespace {
 
 // An optical axis is taken for vertical if it is within about 2.6 degrees of that.
 constexpr double kLeastHorizontal = 0.045;
+// Of a metre and a radian.
+constexpr double kViewUnits = 1 << 30;
 
 }  // namespace
 
@@ -17,6 +19,12 @@ PlanarTransform ViewPose(const Eigen::Isometry3d& frame_from_camera) {
   }
   const Eigen::Vector3d& position = frame_from_camera.translation();
   return {position.x(), position.y(), std::atan2(ahead.y(), ahead.x())};
+}
+
+PlanarTransform RoundedViewPose(const Eigen::Isometry3d& frame_from_camera) {
+  const PlanarTransform view = ViewPose(frame_from_camera);
+  const auto rounded = [](double value) { return std::round(value * kViewUnits) / kViewUnits; };
+  return {rounded(view.x()), rounded(view.y()), rounded(view.yaw())};
 }
 
 Eigen::Isometry3d ViewFromCamera(const Eigen::Vector3d& up, double height_m) {

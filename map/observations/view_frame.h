@@ -13,6 +13,10 @@ namespace hypermap {
 // Returns the pose of the view of a camera whose pose in space is given.
 PlanarTransform ViewPose(const Eigen::Isometry3d& frame_from_camera);
 
+// Likewise, rounded to 2^-30 m and rad, so that poses whose rotations were only written in another
+// way, such as by another quaternion, have views that are equal.
+PlanarTransform RoundedViewPose(const Eigen::Isometry3d& frame_from_camera);
+
 // Returns the pose of a camera in the frame of its view. `up` is the unit vector that points up
 // from the plane, in the optical frame (x right, y down, z forward).
 //   frame_from_camera == ViewPose(frame_from_camera).InSpace() *

@@ -30,6 +30,18 @@ TEST(ViewPoseTest, IsBelowTheCameraAndLooksAlongIt) {
   EXPECT_NEAR(ViewPose(TiltedCamera(0.0, 0.0, 0.4, M_PI / 2)).yaw(), 0.4, 1e-12);
 }
 
+TEST(ViewPoseTest, RoundedOnesDoNotDependOnHowARotationIsWritten) {
+  for (int i = 0; i < 1000; ++i) {
+    const Eigen::Isometry3d pose = TiltedCamera(0.37 * i, -1.0 / (i + 1), 0.0061 * i, 0.3);
+    const Eigen::Quaterniond written(pose.linear());
+    Eigen::Isometry3d read = pose;
+    read.linear() = Eigen::Quaterniond(-2.0 * written.coeffs()).normalized().toRotationMatrix();
+    EXPECT_EQ(RoundedViewPose(read), RoundedViewPose(pose)) << i;
+    EXPECT_NEAR(RoundedViewPose(pose).yaw(), ViewPose(pose).yaw(), 1e-9);
+    EXPECT_NEAR(RoundedViewPose(pose).x(), pose.translation().x(), 1e-9);
+  }
+}
+
 TEST(ViewFromCameraTest, IsTheRestOfThePose) {
   for (const double pitch : {-M_PI / 2, -0.3, 0.0, 0.7, 1.55, M_PI / 2}) {
     for (const double roll : {-0.2, 0.0, 0.1, 1.5, 3.1}) {
