@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <utility>
@@ -158,15 +159,16 @@ class Smoother {
   // Takes pieces of walls from the views, as they are placed now.
   void FindWalls() {
     graph_.walls.assign(views_.size(), {});
-    std::map<std::pair<int, int>, int> pieces_of;  // by place
-    std::vector<std::vector<std::pair<int, int>>> places(views_.size());
+    using Place = std::pair<int64_t, int64_t>;
+    std::map<Place, int> pieces_of;
+    std::vector<std::vector<Place>> places(views_.size());
     for (int i = 0; i < size(); ++i) {
       graph_.walls[i] = PiecesOf(views_[i].scan);
       const Turn turn(poses_[i].z());
       for (const WallPiece& piece : graph_.walls[i]) {
         const Eigen::Vector2d at = (poses_[i].head<2>() + turn * piece.position) / kPlace_m;
-        const std::pair<int, int> place(static_cast<int>(std::floor(at.x())),
-                                        static_cast<int>(std::floor(at.y())));
+        const Place place(static_cast<int64_t>(std::floor(at.x())),
+                          static_cast<int64_t>(std::floor(at.y())));
         places[i].push_back(place);
         ++pieces_of[place];
       }
