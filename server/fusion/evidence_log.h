@@ -64,13 +64,13 @@ class EvidenceLog {
   // them.
   const PoseCorrections& corrections() const { return corrections_; }
 
-  // The observation with this key, as the corrections leave it. It may have been retracted since the last Written.
-  // DATA_LOSS if it is not in the log.
+  // The observation with this key, as the corrections leave it. It may have been retracted since
+  // the last Written. DATA_LOSS if it is not in the log.
   absl::StatusOr<std::shared_ptr<const Observation>> Get(const ObservationKey& key) const;
 
   // Calls `visit` with the entries after `after`, in order, until it returns false; observations
-  // are as the corrections leave them. REQUIRES: `after` is not before begin(). DATA_LOSS for a damaged entry; errors
-  // of CheckCancelled, also if only the last visit was given up.
+  // are as the corrections leave them. REQUIRES: `after` is not before begin(). DATA_LOSS for a
+  // damaged entry; errors of CheckCancelled, also if only the last visit was given up.
   absl::Status Visit(const storage::LogKey& after,
                      absl::FunctionRef<bool(const Evidence&)> visit) const;
 
