@@ -1,5 +1,6 @@
 #include "ingest/perception/ground_plane.h"
 
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 

@@ -95,7 +95,7 @@ class Smoother {
   int size() const { return static_cast<int>(views_.size()); }
 
   absl::Status Improve(const GridWalls* walls, double kernel_m) {
-    HYPERMAP_ASSIGN_OR_RETURN(poses_, Solve(graph_, std::move(poses_), walls, kernel_m));
+    HYPERMAP_ASSIGN_OR_RETURN(poses_, Solve(graph_, poses_, walls, kernel_m));
     return absl::OkStatus();
   }
 

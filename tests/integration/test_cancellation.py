@@ -110,7 +110,7 @@ class Cancellation(CancellationTest):
     @cancels("Observe")
     def test_many_observations_at_once(self):
         self.create_things()
-        n, robots = 1700, ["a", "b", "c"]
+        n, robots = 4000, ["a", "b", "c"]
         # Small requests: those that were read, at most 32, are carried out.
         streams = iter([self.observations(robot, n, first_frame=i * n, per_request=5)
                         for i, robot in enumerate(robots)])
