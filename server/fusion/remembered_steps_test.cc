@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "map/fusion/testing/scene.h"
+#include "map/observations/view_frame.h"
 #include "server/fusion/testing/fused_map.h"
 #include "tests/support/random_map.h"
 
@@ -111,6 +112,15 @@ std::vector<fusion::SceneBox> Boxes() {
   return boxes;
 }
 
+// The observation as a robot sends it that tells what it sees relative to its camera.
+Observation RelativeToItsView(const Observation& observation) {
+  const PlanarTransform view = ViewPose(observation.pose.frame_from_camera);
+  Observation relative = Transformed(observation, view.Inverse(), observation.frame_id);
+  relative.pose.covariance = observation.pose.covariance;
+  relative.frame_from_view = view;
+  return relative;
+}
+
 class OutOfOrderTest : public ::testing::Test {
  protected:
   OutOfOrderTest() {
@@ -127,9 +137,11 @@ class OutOfOrderTest : public ::testing::Test {
     if (UniformInt(rng_, 0, 3) == 0) {
       boxes.erase(boxes.begin() + UniformInt(rng_, 0, static_cast<int>(boxes.size()) - 1));
     }
-    return fusion::Observe(
+    const int robot = UniformInt(rng_, 0, 2);
+    const Observation observation = fusion::Observe(
         boxes, {.x = 9.0 * UniformInt(rng_, 0, kPlaces - 1), .y = Uniform(rng_, -0.2, 0.2)}, number,
-        detector, absl::StrCat("robot ", UniformInt(rng_, 0, 2)));
+        detector, absl::StrCat("robot ", robot));
+    return robot == 0 ? observation : RelativeToItsView(observation);
   }
 
   void Both(const std::function<void(FusedMap&)>& step) {
