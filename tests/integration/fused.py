@@ -1,5 +1,6 @@
 """A map with a fused layer, observations of four fixed objects, and what the layers show."""
 
+import datetime
 import itertools
 
 import rpc
@@ -11,10 +12,11 @@ LABELS = ["cup", "chair", "sofa", "plant"]
 
 def observation(robot, sequence, frame):
     """Returns the observation of a frame: some of four fixed objects, and free space that moves."""
+    stamp = datetime.datetime.fromtimestamp(BEGIN_S + frame, datetime.timezone.utc)
     seen = [k for k in range(len(LABELS)) if (frame * 7 + k) % 3 != 0]
     return {
         "robot": robot, "sequence": sequence,
-        "stamp": f"2023-11-14T{22 + frame // 3600:02}:{frame // 60 % 60:02}:{frame % 60:02}Z",
+        "stamp": f"{stamp:%Y-%m-%dT%H:%M:%SZ}",
         "pose": {"rotation": [0, 0, 1, -1, 0, 0, 0, -1, 0], "translation": [-1.0, 0.0, 0.8]},
         "free_space": sites.square(frame % 20, -1, 2.0),
         "detections": [{
