@@ -33,6 +33,12 @@ float SurfaceSigma(float depth_m) {
   return 0.003f + 0.0019f * beyond * beyond;
 }
 
+// Whether a point can be from a camera with an aperture of up to 150 degrees: calibrations that
+// make points anywhere else, or nowhere, are wrong.
+bool IsInReach(const Eigen::Vector3f& position) {
+  return position.squaredNorm() < 16.0f * kFarthest_m * kFarthest_m;
+}
+
 bool IsMeasured(float depth_m) { return depth_m >= kNearest_m && depth_m <= kFarthest_m; }
 
 }  // namespace
@@ -71,11 +77,12 @@ void DepthScan::FindSurface(const DepthView& view) {
       const Eigen::Vector4f around(left.z(), right.z(), above.z(), below.z());
       if ((around.array() - here.z()).abs().maxCoeff() > kSameSurface * here.z()) continue;
       const Eigen::Vector3f position = view_from_camera_ * here;
-      if (position.z() < kLowest_m) continue;
+      if (!IsInReach(position) || position.z() < kLowest_m) continue;
       const Eigen::Vector3f normal =
           view_from_camera_.linear() * (right - left).cross(below - above);
       const float length = normal.norm();
-      if (!(length > 0.0f) || std::abs(normal.z()) > kMaxNormalZ * length) continue;
+      if (!(length > 0.0f && std::isfinite(length)) || std::abs(normal.z()) > kMaxNormalZ * length)
+        continue;
       Eigen::Vector2f on_plane = normal.head<2>().normalized();
       if (on_plane.dot(position.head<2>()) > 0.0f) on_plane = -on_plane;
       surface_of_[IndexOf({u, v})] = static_cast<int32_t>(surface_.size());
@@ -92,7 +99,7 @@ void DepthScan::FindEdges(const DepthView& view) {
       const float depth = here.z();
       if (!IsMeasured(depth)) continue;
       const Eigen::Vector3f position = view_from_camera_ * here;
-      if (position.z() < kLowest_m) continue;
+      if (!IsInReach(position) || position.z() < kLowest_m) continue;
       for (const int outwards : {-1, 1}) {
         const float beyond = InCamera(view, {u + outwards, v}).z();
         const float within = InCamera(view, {u - outwards, v}).z();

@@ -1,5 +1,6 @@
 #include "map/smoothing/pose_smoother.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -39,9 +40,12 @@ constexpr double kIndependent_m = 0.5;
 constexpr double kPlace_m = 0.1;
 constexpr double kWideWalls_m = 0.1;
 constexpr double kNarrowWalls_m = 0.06;
-// Least standard deviations of a claim, so that its information is finite.
+// Least and largest standard deviations of a claim, so that its information is finite and not lost
+// among that of others.
 constexpr double kLeastClaimSigma_m = 0.001;
 constexpr double kLeastClaimSigma_rad = 0.0005;
+constexpr double kMostClaimSigma_m = 100.0;
+constexpr double kMostClaimSigma_rad = 3.0;
 // Standard deviations of a result.
 const Eigen::Vector3d kSmoothedSigma(0.01, 0.01, 0.003);
 
@@ -54,18 +58,29 @@ Eigen::Vector2d MiddleOf(const DepthScan& scan) {
   return scan.surface().empty() ? sum : sum / static_cast<double>(scan.surface().size());
 }
 
+// A claimed covariance, or, if it has no useful inverse, standard deviations alone.
+Eigen::Matrix3d InvertibleCovariance(const Eigen::Matrix3d& claimed) {
+  const Eigen::Vector3d least =
+      Eigen::Vector3d(kLeastClaimSigma_m, kLeastClaimSigma_m, kLeastClaimSigma_rad).cwiseAbs2();
+  const Eigen::Vector3d most =
+      Eigen::Vector3d(kMostClaimSigma_m, kMostClaimSigma_m, kMostClaimSigma_rad).cwiseAbs2();
+  Eigen::Matrix3d covariance = claimed;
+  covariance.diagonal() += least;
+  const bool is_bounded = (covariance.diagonal().array() <= most.array()).all();
+  if (is_bounded && covariance.llt().info() == Eigen::Success) return covariance;
+  return covariance.diagonal().cwiseMin(most).asDiagonal();
+}
+
 class Smoother {
  public:
   explicit Smoother(const std::vector<View>& views) : views_(views) {
     std::map<std::string, int> series;
     for (const View& view : views_) {
-      Eigen::Matrix3d covariance = view.claim.covariance;
-      covariance.diagonal() +=
-          Eigen::Vector3d(kLeastClaimSigma_m, kLeastClaimSigma_m, kLeastClaimSigma_rad).cwiseAbs2();
       const int of_robot =
           series.try_emplace(view.robot, static_cast<int>(series.size())).first->second;
       graph_.claims.push_back({absl::ToDoubleSeconds(view.claim.stamp - views_.front().claim.stamp),
-                               of_robot, VectorOf(view.claim.frame_from_view), covariance});
+                               of_robot, VectorOf(view.claim.frame_from_view),
+                               InvertibleCovariance(view.claim.covariance)});
       poses_.push_back(graph_.claims.back().pose);
       middles_.push_back(MiddleOf(view.scan));
     }

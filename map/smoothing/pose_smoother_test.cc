@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <limits>
 
 #include "base/cancellation/cancellation.h"
 #include "map/observations/view_frame.h"
@@ -141,6 +142,41 @@ TEST(PoseSmootherTest, TheSameViewsGiveTheSameBits) {
   ASSERT_TRUE(once.ok() && again.ok());
   for (size_t i = 0; i < once->size(); ++i) {
     EXPECT_EQ((*once)[i].frame_from_view, (*again)[i].frame_from_view);
+  }
+}
+
+TEST(PoseSmootherTest, ViewsThatNoCameraHasDoNoHarm) {
+  Drive drive;
+  drive.Add("good", 12, 60);
+  const double claimed = drive.Error(drive.Claims());
+  const double kHuge = std::numeric_limits<double>::max();
+  Eigen::Matrix3d indefinite;
+  indefinite << 1, 9, 0, 9, 1, 0, 0, 0, 1;
+  const std::vector<Eigen::Matrix3d> covariances = {
+      Eigen::Matrix3d::Zero(), kHuge * Eigen::Matrix3d::Identity(),
+      Eigen::Matrix3d::Constant(kHuge), indefinite, Eigen::Matrix3d::Constant(1.0)};
+  const std::vector<double> focals = {1e-300, 1e-30, 1e-3, 1.0, 1e300};
+  const std::vector<double> centres = {0.0, -1e300, 1e30, 1e5};
+  int64_t number = 0;
+  for (const Eigen::Matrix3d& covariance : covariances) {
+    for (const double focal : focals) {
+      for (const double centre : centres) {
+        const PlanarTransform pose(1e9, -1e9, 0.1);
+        Observation observation =
+            SeenFrom(FurnishedRoom(), PlanarTransform(), pose, kSigma, "zany", number++);
+        observation.depth->fx = observation.depth->fy = focal;
+        observation.depth->cx = centre;
+        drive.views.push_back(
+            {"zany", {observation.stamp, pose, covariance}, DepthScan(observation)});
+      }
+    }
+  }
+  const GridWalls walls(*GridOf(FurnishedRoom()), PlanarTransform());
+  const auto poses = SmoothPoses(drive.views, &walls);
+  ASSERT_TRUE(poses.ok()) << poses.status();
+  EXPECT_LT(drive.Error(*poses), 0.5 * claimed);
+  for (const CorrectedPose& pose : *poses) {
+    EXPECT_TRUE(std::isfinite(pose.frame_from_view.x() + pose.frame_from_view.yaw()));
   }
 }
 

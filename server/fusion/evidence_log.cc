@@ -177,7 +177,9 @@ absl::StatusOr<std::vector<ObservationKey>> EvidenceLog::Correct(const PoseCorre
   num_facts_ = key.number;
   last_ = key;
   corrections_.Add(key, evidence.correction);
-  for (auto& [recent_key, recent] : recent_) recent.corrected.reset();
+  for (auto& [recent_key, recent] : recent_) {
+    if (recent_key.after.robot == robot) recent.corrected.reset();
+  }
   recent_.emplace(key, Recent{std::move(evidence)});
   change_.facts.push_back(std::move(fact));
   return corrected;
