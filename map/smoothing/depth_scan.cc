@@ -81,8 +81,8 @@ void DepthScan::FindSurface(const DepthView& view) {
       const Eigen::Vector3f normal =
           view_from_camera_.linear() * (right - left).cross(below - above);
       const float length = normal.norm();
-      if (!(length > 0.0f && std::isfinite(length)) || std::abs(normal.z()) > kMaxNormalZ * length)
-        continue;
+      if (!(length > 0.0f && std::isfinite(length))) continue;
+      if (std::abs(normal.z()) > kMaxNormalZ * length) continue;
       Eigen::Vector2f on_plane = normal.head<2>().normalized();
       if (on_plane.dot(position.head<2>()) > 0.0f) on_plane = -on_plane;
       surface_of_[IndexOf({u, v})] = static_cast<int32_t>(surface_.size());

@@ -146,6 +146,7 @@ class Smoother {
       if (!is_first) it->second = std::min(it->second, {apart, j});
     }
     std::vector<std::pair<double, int>> looked;
+    looked.reserve(nearest.size());
     for (const auto& [run, found] : nearest) looked.push_back(found);
     std::sort(looked.begin(), looked.end());
     if (looked.size() > kMaxLooked) looked.resize(kMaxLooked);
@@ -159,6 +160,7 @@ class Smoother {
     std::sort(overlaps.begin(), overlaps.end());
     if (overlaps.size() > kMaxMatched) overlaps.resize(kMaxMatched);
     std::vector<int> found;
+    found.reserve(overlaps.size());
     for (const auto& [overlap, j] : overlaps) found.push_back(j);
     return found;
   }
